@@ -1,0 +1,43 @@
+# How a module, a test of a module and a warning policy are spelled in this project.
+
+add_library(laban_warnings INTERFACE)
+target_compile_options(laban_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  $<$<BOOL:${LABAN_WARNINGS_AS_ERRORS}>:-Werror>)
+
+# Headers that nearly every file includes, compiled once: Eigen alone costs seconds a file.
+set(LABAN_PRECOMPILED_HEADERS <Eigen/Dense> <Eigen/Geometry> <algorithm> <optional> <span> <string> <vector>)
+
+# laban_module(align SOURCES dtw.cpp DEPENDS motion PRIVATE lib)
+#
+# One folder, one namespace, one target: src/align and include/laban/align become laban::align,
+# linked PUBLIC to the modules in DEPENDS. PRIVATE names libraries that no public header shows.
+function(laban_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  add_library(laban_${name} STATIC ${ARG_SOURCES})
+  add_library(laban::${name} ALIAS laban_${name})
+  set_target_properties(laban_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  target_compile_features(laban_${name} PUBLIC cxx_std_20)
+  target_include_directories(laban_${name}
+    PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  foreach(module IN LISTS ARG_DEPENDS)
+    target_link_libraries(laban_${name} PUBLIC laban::${module})
+  endforeach()
+  target_link_libraries(laban_${name} PRIVATE $<BUILD_INTERFACE:laban_warnings> ${ARG_PRIVATE})
+  if(NOT name STREQUAL "base")
+    target_precompile_headers(laban_${name} PRIVATE ${LABAN_PRECOMPILED_HEADERS})
+  endif()
+  install(TARGETS laban_${name} EXPORT laban-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  set_property(GLOBAL APPEND PROPERTY LABAN_MODULES ${name})
+endfunction()
+
+# laban_test(align SOURCES dtw_test.cpp): one executable a module, every case its own ctest entry.
+function(laban_test module)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${module}_test ${ARG_SOURCES})
+  target_link_libraries(${module}_test PRIVATE laban::${module} laban_test_support ${ARG_LIBRARIES})
+  target_precompile_headers(${module}_test REUSE_FROM laban_test_support)
+  gtest_discover_tests(${module}_test TEST_PREFIX "${module}." DISCOVERY_TIMEOUT 120
+    PROPERTIES TIMEOUT 600)
+endfunction()
