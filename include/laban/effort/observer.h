@@ -1,0 +1,84 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "laban/effort/effort.h"
+#include "laban/motion/pose_matrix.h"
+
+namespace laban::effort {
+
+/// What the kinematic observer sees in a movement before it is compared with others of its kind
+/// (DESIGN 6): one number a factor, larger towards the condensing pole (Bound, Strong, Sudden).
+/// Always finite.
+struct Descriptors {
+  double flow = 0.0;    ///< hesitation against fluency, no unit
+  double weight = 0.0;  ///< log of kinetic energy per body mass, log(m^2/s^2)
+  double time = 0.0;    ///< log of quickness, log(1/s)
+
+  friend bool operator==(const Descriptors&, const Descriptors&) = default;
+};
+
+/// Measures a movement as played on the standard body, so that the performer's size plays no part.
+/// Where it begins and which way it faces do not matter. A clip that does not move has the least of
+/// everything: see observer.cpp for the floors.
+/// @throws Error{kData} if the pose matrix has no frame or a value that is not finite.
+[[nodiscard]] Descriptors describe(const motion::PoseMatrix& pose);
+
+/// The same in a window that slides over the movement: 3 x F, rows flow, weight, time as in
+/// Descriptors, a column a frame; the window is centred on the frame and cut at the clip's ends.
+/// @param window_s  length of the window, > 0; shorter than 5 frames counts as 5 frames.
+/// @throws Error{kUsage} for a window that is not positive and finite; as describe.
+[[nodiscard]] Eigen::Matrix3Xd describe_over_time(const motion::PoseMatrix& pose,
+                                                  double window_s = 1.0);
+
+/// What is usual: robust centre and scale of the descriptors inside each content group and over all
+/// fragments. Part of a table's and a model's training record; plain values, to be stored as they
+/// are.
+struct ObserverReference {
+  std::vector<std::string> groups;  ///< G names
+  /// 3 x (G + 1): median of flow, weight, time (rows) in each group (columns); the last column is
+  /// the pooled reference of all fragments.
+  Eigen::Matrix3Xd center;
+  /// 3 x (G + 1): robust deviation (1.4826 MAD), > 0.
+  Eigen::Matrix3Xd scale;
+
+  /// Column of a group; nullopt if it is not among them.
+  [[nodiscard]] std::optional<int> find(std::string_view group) const;
+};
+
+/// Fits a reference to N >= 1 fragments. A group of few fragments borrows spread from all: its
+/// scale is that of the deviations inside groups, pooled, in proportion 4 : (N_g - 1).
+/// @param groups  N names; an empty name counts to the pooled reference only.
+/// @throws Error{kData} if there is no fragment or the lengths differ.
+[[nodiscard]] ObserverReference fit_observer_reference(std::span<const Descriptors> descriptors,
+                                                       std::span<const std::string> groups);
+
+/// What the observer says of a movement.
+struct Observation {
+  Effort effort;     ///< in [-3, 3]
+  Effort unclipped;  ///< before clipping
+  /// The group was not in the reference, so that the pooled one was used.
+  bool pooled = false;
+};
+
+/// Effort points per robust deviation: two deviations (95 % of normal values) reach the ends of
+/// [-3, 3].
+inline constexpr double kEffortPerDeviation = 1.5;
+
+/// Compares descriptors with what is usual in a content group:
+/// effort = kEffortPerDeviation * (descriptor - center) / scale, clipped to [-3, 3].
+[[nodiscard]] Observation observe(const Descriptors& descriptors,
+                                  const ObserverReference& reference, std::string_view group);
+
+/// describe_over_time compared with the reference as observe does; 3 x F in [-3, 3].
+[[nodiscard]] Eigen::Matrix3Xd observe_over_time(const motion::PoseMatrix& pose,
+                                                 const ObserverReference& reference,
+                                                 std::string_view group, double window_s = 1.0);
+
+}  // namespace laban::effort
