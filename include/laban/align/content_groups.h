@@ -1,0 +1,82 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+
+namespace laban::align {
+
+/// DTW of every pair of N fragments; both matrices are N x N, symmetric, 0 on the diagonal.
+struct PairCosts {
+  Eigen::MatrixXd cost;       ///< sum of local distances along the path (SSD)
+  Eigen::MatrixXd mean_cost;  ///< SSD / L, the mean of a path cell
+};
+
+/// Aligns all pairs i < j of fragments, dtw_cost(features[i], features[j]).
+/// @param features  each D x T_i with one D.
+/// @param threads   >= 1; the result is the same for any number.
+[[nodiscard]] PairCosts all_pair_costs(std::span<const Eigen::MatrixXd> features, int threads = 1);
+
+/// When agglomerative clustering stops: exactly one of the two is given.
+struct ClusterOptions {
+  std::optional<int> group_count;   ///< at this many groups, 1 .. N
+  std::optional<double> threshold;  ///< when the nearest two groups are farther apart than this
+
+  /// Broken rules; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// Agglomerative clustering by average linkage: every item starts alone, and the two groups with
+/// the least mean distance between their members are joined until the options say stop.
+///
+/// @param distances  N x N, symmetric, N >= 1.
+/// @returns the group of each item, groups numbered 0, 1, .. by their first item.
+/// @throws Error{kUsage} if `options` has problems; Error{kData} if the matrix is not square,
+///         symmetric and finite. Ties go to the lowest indices. Time O(N^3), memory O(N^2).
+[[nodiscard]] std::vector<int> content_groups(const Eigen::Ref<const Eigen::MatrixXd>& distances,
+                                              const ClusterOptions& options);
+
+/// Agreement of two groupings of N items beyond chance [HubertArabie85]: 1 if equal up to naming,
+/// about 0 for independent ones, may be negative. Two groupings that both put all into one group,
+/// or both each item alone, agree: 1. @throws Error{kData} if sizes differ or N = 0.
+[[nodiscard]] double adjusted_rand_index(std::span<const int> a, std::span<const int> b);
+
+/// A fragment near another.
+struct Neighbor {
+  int fragment = 0;
+  double cost = 0.0;       ///< SSD
+  double mean_cost = 0.0;  ///< SSD / L
+};
+
+/// The `count` fragments nearest to a sequence by mean path cost (SSD / L), nearest first; all of
+/// them if there are fewer. Ties go to the lowest index. A fragment is its own nearest, at 0.
+///
+/// @param features    D x T.
+/// @param fragments   each D x T_i.
+/// @param candidates  indices of the fragments to look at; empty looks at all.
+[[nodiscard]] std::vector<Neighbor> nearest(const Eigen::Ref<const Eigen::MatrixXd>& features,
+                                            std::span<const Eigen::MatrixXd> fragments, int count,
+                                            std::span<const int> candidates = {});
+
+/// What a good match inside each group costs (DESIGN 5, "No content match").
+struct GroupCostStatistics {
+  double median = 0.0;     ///< of the mean path costs of all pairs inside the group
+  double threshold = 0.0;  ///< a match dearer than this is no content match
+};
+
+/// For each group 0 .. G - 1, from the pairs inside it: the median of their mean path costs and
+/// the threshold for "no content match": the dearest, over the group's fragments, of a fragment's
+/// cost to its nearest other member, times `margin`. A group of one takes the largest threshold of
+/// the others (infinity if there are none).
+///
+/// @param mean_cost  N x N of all_pair_costs.
+/// @param groups     N group numbers, 0 .. G - 1.
+/// @param margin     > 0; 1.5 leaves room for a performer unlike those of the database.
+[[nodiscard]] std::vector<GroupCostStatistics> group_cost_statistics(
+    const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::span<const int> groups,
+    double margin = 1.5);
+
+}  // namespace laban::align

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "laban/motion/pose_matrix.h"
+
+namespace laban::align {
+
+/// How far two poses are apart (DESIGN 5, "What content distance is").
+enum class MetricKind {
+  kRaw,      ///< squared difference of the joint angles, the paper's own [Torresani06, eq. 3]
+  kContent,  ///< relative to the performer's mean pose, through a linear map learnt from a database
+};
+
+/// The joint angles of a capture on the branch of the exponential map nearest to `reference`: one
+/// constant shift by whole turns a joint for all frames, never a choice a frame (METHODS 0).
+///
+/// @param angles     63 x F, unwrapped along time, radians, F >= 1.
+/// @param reference  63 values, radians.
+[[nodiscard]] Eigen::MatrixXd on_branch_of(const Eigen::Ref<const Eigen::MatrixXd>& angles,
+                                           const Eigen::Ref<const Eigen::VectorXd>& reference);
+
+/// A content distance as a linear map: the squared Euclidean distance of two columns of `features`
+/// is the distance of the two poses. Immutable.
+///
+/// Invariant: the map is k x 63, 1 <= k <= 63 (raw: the identity), the reference has 63 values, all
+/// finite.
+class ContentMetric {
+ public:
+  /// The paper's metric: features are the angles themselves.
+  [[nodiscard]] static ContentMetric raw();
+  /// @param map        k x 63, acts on angles relative to the performer's mean pose.
+  /// @param reference  63 values, radians: the pose whose branches the angles are put on.
+  /// @throws Error{kData} if a size is wrong or a value is not finite.
+  ContentMetric(Eigen::MatrixXd map, Eigen::VectorXd reference);
+
+  [[nodiscard]] MetricKind kind() const noexcept { return kind_; }
+  /// k x 63; with `reference` all there is to store.
+  [[nodiscard]] const Eigen::MatrixXd& map() const noexcept { return map_; }
+  /// 63 values, radians.
+  [[nodiscard]] const Eigen::VectorXd& reference() const noexcept { return reference_; }
+  [[nodiscard]] int dimension_count() const noexcept { return static_cast<int>(map_.rows()); }
+
+  /// The mean pose of all frames of some clips, 63 values, radians, on the reference's branches;
+  /// every clip counts by its frames. @throws Error{kData} if there is no clip.
+  [[nodiscard]] Eigen::VectorXd mean_pose(std::span<const motion::PoseMatrix> clips) const;
+  /// k x F features of a capture: map (angles - mean_pose), angles on the reference's branches.
+  /// Raw: the angles, whatever the mean pose.
+  /// @param mean_pose  63 values, radians: of the performer, see `mean_pose`.
+  [[nodiscard]] Eigen::MatrixXd features(const motion::PoseMatrix& pose,
+                                         const Eigen::Ref<const Eigen::VectorXd>& mean_pose) const;
+
+ private:
+  ContentMetric(MetricKind kind, Eigen::MatrixXd map, Eigen::VectorXd reference);
+  MetricKind kind_;
+  Eigen::MatrixXd map_;        // k x 63
+  Eigen::VectorXd reference_;  // 63, radians
+};
+
+/// How `fit_content_metric` learns.
+struct ContentMetricOptions {
+  /// Share of the within-content scatter replaced by a multiple of the identity, in [0, 1]; 0.1
+  /// worked in a trial on real captures (DESIGN 5).
+  double shrinkage = 0.1;
+  /// Leading dimensions kept, 1 .. 63; nullopt keeps all. 8-15 do nearly as well as all and make
+  /// every search cheaper.
+  std::optional<int> dimensions;
+  /// Threads; the result is the same for any number >= 1.
+  int threads = 1;
+
+  /// Broken rules, each like "ContentMetricOptions::shrinkage = 2 (must be in [0, 1])".
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// Learns the linear map that brings aligned frames of one content together and keeps other
+/// contents apart (DESIGN 5).
+///
+/// S_w: mean outer product of the frame differences along the DTW paths of pairs of one group by
+/// two performers (of one performer too, if a group has no other pair), shrunk towards a multiple
+/// of the identity; S_t: covariance of all frames; S_t v = lambda S_w v; map = sqrt(Lambda) V'.
+/// Angles are relative to their performer's mean pose. Without two fragments in any group the map
+/// only scales each joint to its spread over all frames.
+///
+/// @param fragments   at least one.
+/// @param groups      the content of each fragment; equal numbers are one content. Empty: unknown.
+/// @param performers  who did each fragment; equal numbers are one performer. Empty: everyone his
+///                    own.
+/// @throws Error{kUsage} if `options` has problems or sizes differ; Error{kData} if there is no
+///         fragment.
+[[nodiscard]] ContentMetric fit_content_metric(std::span<const motion::PoseMatrix> fragments,
+                                               std::span<const int> groups,
+                                               std::span<const int> performers,
+                                               const ContentMetricOptions& options = {});
+
+}  // namespace laban::align
