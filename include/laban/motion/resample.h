@@ -1,0 +1,16 @@
+#pragma once
+
+#include "laban/motion/clip.h"
+
+namespace laban::motion {
+
+/// A clip at another frame rate: rotations by slerp, positions linearly (METHODS 0).
+///
+/// Frame k of the result is the clip at k / frame_rate_hz; the last frame is the last such time not
+/// after the clip's end (a time within 1e-6 of a source frame counts as that frame, which is then
+/// copied exactly). The same rate gives the same clip. Cut a T-pose frame off first (find_capture).
+///
+/// @throws Error{kUsage} unless frame_rate_hz is positive and finite.
+[[nodiscard]] Clip resample(const Clip& clip, double frame_rate_hz);
+
+}  // namespace laban::motion
