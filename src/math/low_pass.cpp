@@ -1,0 +1,84 @@
+#include "laban/math/low_pass.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "laban/base/error.h"
+
+namespace laban::math {
+namespace {
+
+// Notation                                        here
+//   y_n = b_0 x_n + b_1 x_(n-1) + b_2 x_(n-2)       Biquad::b, a (a_0 = 1)
+//         - a_1 y_(n-1) - a_2 y_(n-2)
+//   s_1, s_2   transposed direct form II            s1, s2
+struct Biquad {
+  double b0, b1, b2, a1, a2;
+};
+
+/// Second-order Butterworth low-pass: poles of s^2 + sqrt(2) s + 1 through the bilinear transform
+/// with the cutoff prewarped, k = tan(pi * cutoff / rate).
+Biquad butterworth(double cutoff_over_rate) {
+  const double k = std::tan(std::numbers::pi * cutoff_over_rate);
+  const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
+  const double b0 = k * k * norm;
+  return {b0, 2.0 * b0, b0, 2.0 * (k * k - 1.0) * norm,
+          (1.0 - std::numbers::sqrt2 * k + k * k) * norm};
+}
+
+/// One causal pass over every row, in place, from the steady state of its first column.
+void filter_forward(const Biquad& f, Eigen::MatrixXd& rows) {
+  // With x = y = c for ever: s_2 = (b_2 - a_2) c and s_1 = (b_1 - a_1) c + s_2.
+  Eigen::VectorXd s2 = (f.b2 - f.a2) * rows.col(0);
+  Eigen::VectorXd s1 = (f.b1 - f.a1) * rows.col(0) + s2;
+  Eigen::VectorXd x(rows.rows()), y(rows.rows());
+  for (Eigen::Index n = 0; n < rows.cols(); ++n) {
+    x = rows.col(n);
+    y = f.b0 * x + s1;
+    s1 = f.b1 * x - f.a1 * y + s2;
+    s2 = f.b2 * x - f.a2 * y;
+    rows.col(n) = y;
+  }
+}
+
+/// Odd reflection about both ends: 2 x_0 - x_k before, 2 x_(F-1) - x_(F-1-k) after.
+Eigen::MatrixXd padded(const Eigen::Ref<const Eigen::MatrixXd>& rows, Eigen::Index pad) {
+  const Eigen::Index frames = rows.cols();
+  Eigen::MatrixXd result(rows.rows(), frames + 2 * pad);
+  result.middleCols(pad, frames) = rows;
+  for (Eigen::Index k = 1; k <= pad; ++k) {
+    result.col(pad - k) = 2.0 * rows.col(0) - rows.col(k);
+    result.col(pad + frames - 1 + k) = 2.0 * rows.col(frames - 1) - rows.col(frames - 1 - k);
+  }
+  return result;
+}
+
+void require_positive(double value, const char* what) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  throw base::Error(base::ErrorKind::kUsage, std::string("low_pass: ") + what + " = " +
+                                                 std::to_string(value) +
+                                                 " Hz (must be positive and finite)");
+}
+
+}  // namespace
+
+Eigen::MatrixXd low_pass(const Eigen::Ref<const Eigen::MatrixXd>& rows, double frame_rate_hz,
+                         double cutoff_hz) {
+  require_positive(frame_rate_hz, "frame rate");
+  require_positive(cutoff_hz, "cutoff");
+  const double relative = cutoff_hz / frame_rate_hz;
+  if (rows.cols() <= 1 || relative >= 0.45) return rows;
+  // As a double first: a tiny cutoff would overflow the index.
+  const double wanted = std::ceil(3.0 / relative);
+  const double longest = static_cast<double>(rows.cols() - 1);
+  const auto pad = static_cast<Eigen::Index>(std::min(wanted, longest));
+  const Biquad filter = butterworth(relative);
+  Eigen::MatrixXd work = padded(rows, pad);
+  filter_forward(filter, work);
+  work = work.rowwise().reverse().eval();
+  filter_forward(filter, work);
+  return work.rowwise().reverse().middleCols(pad, rows.cols());
+}
+
+}  // namespace laban::math
