@@ -1,0 +1,243 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "laban/base/container.h"
+#include "laban/effort/effort.h"
+#include "laban/learn/standardizer.h"
+#include "laban/math/pca.h"
+
+namespace laban::effort {
+
+struct ContentMapOptions {
+  /// Frames that a fragment is stretched to before it is flattened; >= 2. (Ours: the paper gives
+  /// none. 32 keeps the shape of the actions; more frames do not move the leading components.)
+  int frames = 32;
+  /// Principal components kept, c_i; the paper takes 2-3; >= 1.
+  int components = 3;
+
+  /// Broken rules, each naming field, value and rule; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// What is done, as a few numbers: fragments stretched to one length, flattened and projected on
+/// the principal components of the database [Torresani06, 6].
+struct ContentMap {
+  int frames = 0;
+  math::Pca pca;  ///< of (rows * frames) numbers, frame by frame
+
+  /// The content coordinates c (pca.component_count() values) of D x F pose features, F >= 1.
+  /// @throws Error{kData} unless the features have the rows of the database.
+  [[nodiscard]] Eigen::VectorXd coordinates(
+      const Eigen::Ref<const Eigen::MatrixXd>& features) const;
+
+  /// Adds the arrays "<prefix>.mean", ".basis", ".variance", ".shape" to a model file.
+  void save(base::Container& container, const std::string& prefix) const;
+  /// @throws Error{kFormat} if an array is missing or sizes do not agree.
+  [[nodiscard]] static ContentMap load(const base::Container& container, const std::string& prefix);
+};
+
+/// Principal components of the stretched fragments of a database.
+///
+/// @param fragments  D x F_n pose features each (F_n may differ), e.g. PoseMatrix::angles.
+/// @throws Error{kUsage} if `options` has problems; Error{kData} if there is no fragment, one is
+///         empty or not finite, or their rows differ.
+[[nodiscard]] ContentMap fit_content_map(std::span<const Eigen::MatrixXd> fragments,
+                                         const ContentMapOptions& options = {});
+
+/// `features` (D x F, F >= 1) read at `frames` equal steps from first to last frame, linearly
+/// between frames; F = 1 repeats the frame.
+[[nodiscard]] Eigen::MatrixXd stretch(const Eigen::Ref<const Eigen::MatrixXd>& features,
+                                      int frames);
+
+/// The five regressors [Torresani06, 6 and table 1], METHODS 1.3.
+enum class RegressorKind {
+  kLinearInterpolation,  ///< (1 - alpha) e_i + alpha e_j
+  kLinearRidge,          ///< theta' z
+  kKernelRidge,          ///< Gaussian kernel ridge: the paper's choice
+  kSupportVector,        ///< epsilon-insensitive, Gaussian kernel
+  kResidualKernelRidge,  ///< (ours) linear interpolation + kernel ridge of what it misses
+};
+
+inline constexpr int kRegressorCount = 5;
+inline constexpr std::array<RegressorKind, kRegressorCount> kRegressors = {
+    RegressorKind::kLinearInterpolation, RegressorKind::kLinearRidge, RegressorKind::kKernelRidge,
+    RegressorKind::kSupportVector, RegressorKind::kResidualKernelRidge};
+
+/// "linear-interpolation", "linear-ridge", "kernel-ridge", "svr" or "residual-kernel-ridge".
+[[nodiscard]] std::string_view name_of(RegressorKind kind);
+/// The regressor of that name; nullopt if there is none.
+[[nodiscard]] std::optional<RegressorKind> regressor_named(std::string_view name);
+
+/// Rows of z = [c_i, c_j, e_i, e_j, alpha] for content coordinates of `components` values.
+[[nodiscard]] constexpr int feature_count(int components) noexcept {
+  return 2 * components + 2 * kFactorCount + 1;
+}
+
+/// z of one blend: alpha = 0 is fragment i, alpha = 1 fragment j.
+/// @throws Error{kData} unless c_i and c_j have one size.
+[[nodiscard]] Eigen::VectorXd style_features(const Eigen::Ref<const Eigen::VectorXd>& c_i,
+                                             const Eigen::Ref<const Eigen::VectorXd>& c_j,
+                                             const EffortVector& e_i, const EffortVector& e_j,
+                                             double alpha);
+
+/// The same blends told from the other end: [c_j, c_i, e_j, e_i, 1 - alpha].
+/// @param z  D x N, D = feature_count(components). @throws Error{kData} for another D.
+[[nodiscard]] Eigen::MatrixXd swap_order(const Eigen::Ref<const Eigen::MatrixXd>& z);
+
+/// 3 x N: (1 - alpha) e_i + alpha e_j of each column of z (METHODS 1.3, model 1).
+[[nodiscard]] Eigen::Matrix3Xd linear_interpolation(const Eigen::Ref<const Eigen::MatrixXd>& z);
+
+/// Labelled blends: what regressors learn from and are tested on.
+struct StyleSamples {
+  Eigen::MatrixXd features;  ///< D x N columns z
+  Eigen::Matrix3Xd labels;   ///< 3 x N, (flow, weight, time)
+  /// One label a column: columns of one group (one blend judged by several observers) stay together
+  /// in every fold and split. Empty: each column by itself.
+  std::vector<int> groups;
+
+  [[nodiscard]] int count() const noexcept { return static_cast<int>(features.cols()); }
+  /// The chosen columns, in that order.
+  [[nodiscard]] StyleSamples subset(std::span<const int> columns) const;
+  /// @throws Error{kData} unless sizes agree, D is a feature_count and all values are finite.
+  void check() const;
+};
+
+/// Values that cross-validation chooses from; each factor chooses for itself (METHODS 1.3).
+///
+/// Widths are in units of the median distance between standardized training samples; U multiplies
+/// the squared loss (ridge = 1/U). SVR's C and epsilon are in units of the standard deviation of
+/// the training labels, so that the grid does not depend on the scale of the labels.
+struct RegressorGrid {
+  std::vector<double> relative_widths = {0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 8.0};
+  std::vector<double> loss_weights = {1e-3, 1e-2, 0.1,   0.3, 1.0, 3.0,
+                                      10.0, 30.0, 100.0, 1e3, 1e4, 1e5};
+  std::vector<double> linear_loss_weights = {1e-4, 1e-3, 3e-3, 1e-2, 3e-2,
+                                             0.1,  0.3,  1.0,  10.0, 100.0};
+  std::vector<double> svr_relative_widths = {0.5, 0.7, 1.0, 1.4, 2.0, 4.0};
+  std::vector<double> svr_loss_weights = {0.3, 1.0, 3.0, 10.0, 30.0};
+  std::vector<double> svr_epsilons = {0.05, 0.2, 0.5};
+};
+
+struct StyleRegressorOptions {
+  /// (Ours.) A blend counts in both orders, X_ij at alpha and X_ji at 1 - alpha, always in the same
+  /// fold, and predictions do not depend on the order. Off in the paper's protocol.
+  bool symmetric = true;
+  /// Folds of the cross-validation on the training samples; >= 2.
+  int folds = 10;
+  /// Of the random assignment to folds.
+  std::uint64_t seed = 1;
+  RegressorGrid grid;
+
+  /// Broken rules, each naming field, value and rule; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// What training settled on for one factor; for the training record and for reports.
+struct FactorFit {
+  double width = 0.0;           ///< of the Gaussian, in standardized features; 0 if there is none
+  double relative_width = 0.0;  ///< the same in median distances
+  double loss_weight = 0.0;     ///< U or C (in label units); 0 if there is none
+  double epsilon = 0.0;         ///< SVR's tube, in label units
+  /// Pooled tenfold squared error of the choice on the training samples; for linear interpolation,
+  /// which learns nothing, its plain squared error there.
+  double held_out_squared_error = 0.0;
+};
+
+/// Prediction with its standard error (of the function, label noise not included).
+struct StylePrediction {
+  Eigen::Matrix3Xd mean;
+  Eigen::Matrix3Xd standard_error;
+};
+
+/// Scratch memory of predictions; give the same one to every call to spare allocations.
+struct StyleScratch {
+  Eigen::MatrixXd standardized;
+  Eigen::MatrixXd squared;
+  Eigen::MatrixXd kernel;
+};
+
+/// Effort of a blend from z: one function a factor, all of the form
+///   f(z) = [linear interpolation] + offset + weights' s(z) + sum_n a_n exp(-|s(z) - x_n|^2 / 2w^2)
+/// with s the standardization. Immutable; const members may be called from many threads.
+class StyleRegressor {
+ public:
+  /// Learns from labelled blends; see fit_style_regressor.
+  [[nodiscard]] RegressorKind kind() const noexcept { return kind_; }
+  [[nodiscard]] int feature_rows() const noexcept { return static_cast<int>(scale_.mean.size()); }
+  [[nodiscard]] bool symmetric() const noexcept { return symmetric_; }
+  [[nodiscard]] const std::array<FactorFit, kFactorCount>& fits() const noexcept { return fits_; }
+
+  /// 3 x N predictions, not clipped to [-3, 3].
+  /// @param z  D x N. @throws Error{kData} unless D = feature_rows().
+  /// Time about N * (training samples, twice if symmetric) * (3 exponentials + D multiplications).
+  [[nodiscard]] Eigen::Matrix3Xd predict(const Eigen::Ref<const Eigen::MatrixXd>& z) const;
+  [[nodiscard]] Eigen::Matrix3Xd predict(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                         StyleScratch& scratch) const;
+
+  /// Every pair at every alpha: column p * M + m of the result is pair p at alphas[m].
+  ///
+  /// Many times faster than predict on a grid: along one pair only alpha moves, so each Gaussian
+  /// splits into a factor of the pair and one of alpha, and the sum over samples is a matrix
+  /// product.
+  /// @param pairs   (D - 1) x P: z without its last row.
+  /// @throws Error{kData} unless pairs has feature_rows() - 1 rows.
+  [[nodiscard]] Eigen::Matrix3Xd predict_curves(const Eigen::Ref<const Eigen::MatrixXd>& pairs,
+                                                std::span<const double> alphas,
+                                                StyleScratch& scratch) const;
+
+  /// Kernel ridge read as a Gaussian process; nullopt for the kinds that are none (1, 2 and 4).
+  [[nodiscard]] std::optional<StylePrediction> predict_with_error(
+      const Eigen::Ref<const Eigen::MatrixXd>& z) const;
+
+  /// Adds this model's arrays to a model file, each name beginning with `prefix` + ".".
+  void save(base::Container& container, const std::string& prefix) const;
+  /// @throws Error{kFormat} if an array is missing, sizes do not agree or a value breaks a rule.
+  [[nodiscard]] static StyleRegressor load(const base::Container& container,
+                                           const std::string& prefix);
+
+ private:
+  friend class StyleRegressorBuilder;
+  StyleRegressor() = default;
+
+  RegressorKind kind_ = RegressorKind::kLinearInterpolation;
+  bool symmetric_ = false;
+  learn::Standardizer scale_;
+  std::array<FactorFit, kFactorCount> fits_;
+  double interpolation_ = 0.0;       // 1 where linear interpolation is added, else 0
+  Eigen::Vector3d offset_;           // 3
+  Eigen::Matrix3Xd weights_;         // 3 x D; no columns if none is linear
+  Eigen::MatrixXd centers_;          // D x C standardized samples; no columns if no kernel
+  Eigen::Matrix3Xd coefficients_;    // 3 x C
+  Eigen::Vector3d signal_variance_;  // s^2 of the Gaussian process; 0 if none
+};
+
+/// Learns one regressor a factor. Hyper-parameters are chosen by cross-validation on these samples
+/// only; features are standardized with their statistics (with `symmetric`, of both orders).
+///
+/// @throws Error{kUsage} if `options` has problems; Error{kData} if samples.check() fails or there
+///         are fewer than 3 samples (or groups); Error{kNumeric} if no grid point solves.
+[[nodiscard]] StyleRegressor fit_style_regressor(const StyleSamples& samples, RegressorKind kind,
+                                                 const StyleRegressorOptions& options = {});
+
+/// The same for several kinds, sharing folds, distances and kernels: result k is what
+/// fit_style_regressor gives for kinds[k].
+[[nodiscard]] std::vector<StyleRegressor> fit_style_regressors(
+    const StyleSamples& samples, std::span<const RegressorKind> kinds,
+    const StyleRegressorOptions& options = {});
+
+/// The regressor for style transfer (METHODS 1.3): residual kernel ridge where its cross-validated
+/// error, summed over factors relative to label variance, is at most kernel ridge's, else kernel
+/// ridge.
+[[nodiscard]] StyleRegressor fit_default_regressor(const StyleSamples& samples,
+                                                   const StyleRegressorOptions& options = {});
+
+}  // namespace laban::effort
