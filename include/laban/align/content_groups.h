@@ -39,11 +39,6 @@ struct ClusterOptions {
 [[nodiscard]] std::vector<int> content_groups(const Eigen::Ref<const Eigen::MatrixXd>& distances,
                                               const ClusterOptions& options);
 
-/// Agreement of two groupings of N items beyond chance [HubertArabie85]: 1 if equal up to naming,
-/// about 0 for independent ones, may be negative. Two groupings that both put all into one group,
-/// or both each item alone, agree: 1. @throws Error{kData} if sizes differ or N = 0.
-[[nodiscard]] double adjusted_rand_index(std::span<const int> a, std::span<const int> b);
-
 /// A fragment near another.
 struct Neighbor {
   int fragment = 0;

@@ -25,8 +25,8 @@ struct Snippet {
 struct SegmentOptions {
   /// Added once a snippet, in units of the local distance; >= 0. Discourages many short snippets.
   double snippet_cost = 0.0;
-  /// A snippet may run at most this many times faster and slower than its fragment; > 1. Steps are
-  /// then patterns of whole frames: see `segment`. nullopt: free steps.
+  /// A snippet may run at most this many times faster or slower than its fragment, everywhere
+  /// along it; >= 2. nullopt: free steps.
   std::optional<int> slope_limit;
 
   /// Broken rules, each like "SegmentOptions::snippet_cost = -1 (must be >= 0)"; empty when valid.
@@ -43,9 +43,9 @@ struct Segmentation {
 /// programming  [Torresani06, eq. 8-11; Ney84; METHODS 1.5].
 ///
 /// At (p, 0, i) a path comes from (p-1, 0, i) or from the last frame of any fragment at p-1; at
-/// (p, q > 0, i) from (p-1, q, i), (p-1, q-1, i) or (p, q-1, i). With a slope limit s, frames of
-/// the fragment may be held (p-1, q) at most s - 1 times after a step of the input, or skipped
-/// over (p, q-1) at most s - 1 times a frame of the input, and never both ways in turn.
+/// (p, q > 0, i) from (p-1, q, i), (p-1, q-1, i) or (p, q-1, i). With a slope limit s a path may
+/// hold a fragment's frame, (p-1, q), or skip on, (p, q-1), only after a diagonal step or an entry,
+/// and at most s - 1 times in a row: a fragment of n frames covers ceil(n / s) to n s input frames.
 ///
 /// @param input      D x T, a column is a frame, T >= 1.
 /// @param fragments  at least one, each D x T_i, T_i >= 1.
