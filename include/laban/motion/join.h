@@ -1,0 +1,41 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "laban/motion/pose_matrix.h"
+
+namespace laban::motion {
+
+struct JoinOptions {
+  /// Half-life of the offset that a join leaves, seconds, > 0 (DESIGN 5).
+  double halflife_s = 0.1;
+
+  /// Broken rules; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// Plays pose matrices one after the other without a jump, by inertialisation (DESIGN 5, Joins).
+///
+/// All frames of all parts are kept: a part's first frame is the successor of the last frame before
+/// it. Root position and heading continue, since parts hold steps. The step between two parts,
+/// which neither knows, is the mean of the steps on either side of it.
+///
+/// At a join the second difference of each joint's exponential map and of the height, and the first
+/// difference of the steps, may be as large as the parts' own near the join (within 2.5 half-lives,
+/// times 1.25); only the excess is taken up by an offset on the new part (of rotations, of height,
+/// of steps) that decays as a critically damped spring. So pose and velocity are continuous as far
+/// as they are in the parts, and a clip cut in two comes back as it was (its step over the cut as
+/// above). Offsets reach over further joins if parts are short.
+///
+/// Each joint continues on the branch of its exponential map that it had at the end of the part
+/// before. leg_length_m is the first part's; height and steps are in leg lengths and stay.
+///
+/// @param parts  at least one. One part alone is returned as it is.
+/// @throws Error{kUsage} if there is no part or `options` has problems; Error{kData} if frame rates
+///         differ, a part has no frame or its members disagree in size.
+[[nodiscard]] PoseMatrix concatenate(std::span<const PoseMatrix> parts,
+                                     const JoinOptions& options = {});
+
+}  // namespace laban::motion
