@@ -51,25 +51,30 @@ struct Neighbor {
 ///
 /// @param features    D x T.
 /// @param fragments   each D x T_i.
+/// @param count       >= 1.
 /// @param candidates  indices of the fragments to look at; empty looks at all.
+/// @throws Error{kUsage} for count or candidates out of range; Error{kData} as dtw.
 [[nodiscard]] std::vector<Neighbor> nearest(const Eigen::Ref<const Eigen::MatrixXd>& features,
                                             std::span<const Eigen::MatrixXd> fragments, int count,
                                             std::span<const int> candidates = {});
 
-/// What a good match inside each group costs (DESIGN 5, "No content match").
+/// What a good match inside a group costs (DESIGN 5, "No content match").
 struct GroupCostStatistics {
-  double median = 0.0;     ///< of the mean path costs of all pairs inside the group
+  double median = 0.0;     ///< of the mean path costs of all pairs inside the group; 0 without any
   double threshold = 0.0;  ///< a match dearer than this is no content match
+  bool has_pairs = false;  ///< the group has two members or more
 };
 
-/// For each group 0 .. G - 1, from the pairs inside it: the median of their mean path costs and
-/// the threshold for "no content match": the dearest, over the group's fragments, of a fragment's
-/// cost to its nearest other member, times `margin`. A group of one takes the largest threshold of
-/// the others (infinity if there are none).
+/// For each group 0 .. G - 1 the median of the mean path costs of its pairs, and the threshold for
+/// "no content match": the dearest, over the group's fragments, of a fragment's cost to its nearest
+/// other member, times `margin`. A group without pairs takes the largest threshold of the others
+/// (infinity if there is none).
 ///
 /// @param mean_cost  N x N of all_pair_costs.
 /// @param groups     N group numbers, 0 .. G - 1.
 /// @param margin     > 0; 1.5 leaves room for a performer unlike those of the database.
+/// @throws Error{kData} if sizes differ, N = 0 or a group is negative; Error{kUsage} for the
+/// margin.
 [[nodiscard]] std::vector<GroupCostStatistics> group_cost_statistics(
     const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::span<const int> groups,
     double margin = 1.5);

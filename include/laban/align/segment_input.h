@@ -32,44 +32,45 @@ class FragmentSet {
   [[nodiscard]] const std::vector<Eigen::MatrixXd>& features() const noexcept { return features_; }
   [[nodiscard]] const std::vector<int>& groups() const noexcept { return groups_; }
   [[nodiscard]] const std::vector<int>& performers() const noexcept { return performers_; }
-  /// Mean pose of a fragment's performer, 63 values, radians.
-  [[nodiscard]] const Eigen::VectorXd& mean_pose(int fragment) const;
 
  private:
   ContentMetric metric_;
   std::vector<Eigen::MatrixXd> features_;  // D x T_i
   std::vector<int> groups_;
   std::vector<int> performers_;
-  std::vector<Eigen::VectorXd> mean_poses_;  // a fragment, 63 each
 };
 
 /// How an input of an unknown performer is matched.
 struct SegmentInputOptions {
   SegmentOptions steps;  ///< snippet cost and slope limit of the dynamic programming
-  /// Rounds of estimating the input's mean pose and segmenting again, >= 0; 0 uses the plain mean
-  /// of its frames.
-  int offset_rounds = 5;
+  /// Most rounds of estimating the input's offset and segmenting again, >= 0; 0 keeps the plain
+  /// mean of its frames.
+  int offset_rounds = 10;
+
+  /// Broken rules, those of `steps` included; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
 };
 
 /// An input cut into snippets that each play one fragment.
 struct InputSegmentation {
   std::vector<Snippet> snippets;  ///< as Segmentation's; costs in the metric's units
-  double cost = 0.0;
-  Eigen::VectorXd mean_pose;  ///< 63 values: the input's own, as used in the last round
-  Eigen::MatrixXd features;   ///< D x T: the input's features with that mean pose
-  int rounds = 0;             ///< segmentations done
-  bool converged = false;     ///< the last round changed no snippet
+  double cost = 0.0;              ///< as Segmentation's, of the last round
+  Eigen::MatrixXd features;       ///< D x T: the input's features as matched in the last round
+  int rounds = 0;                 ///< times the offset was estimated again
+  bool converged = false;         ///< the last round changed no snippet
 };
 
 /// Cuts an input of an unknown performer into snippets, each matched to a fragment of the set.
 ///
 /// The performer's mean pose is not known: the mean of the input's frames depends on which actions
-/// it holds. It starts as that mean; after each segmentation it is estimated again from the
-/// alignment, as the mean difference between input frames and the fragment frames they lie beside,
-/// and the input is segmented again until no snippet changes or the rounds are used up.
+/// it holds. So the offset of the input's features is a further unknown beside the path, and their
+/// common cost is lowered in turn: given the path, the best offset is the mean difference between
+/// the input and fragment frames of its cells; given the offset, the best path is `segment`'s. It
+/// starts at the mean of the input's frames and ends when no snippet changes; the cost never rises.
+/// With the raw metric nothing is estimated, as in the paper.
 ///
 /// @returns nothing if the slope limit leaves no path.
-/// @throws Error{kData}, Error{kUsage} as `segment`; Error{kUsage} if offset_rounds < 0.
+/// @throws Error{kUsage} if `options` has problems; Error{kData} as `segment`.
 [[nodiscard]] std::optional<InputSegmentation> segment_input(
     const motion::PoseMatrix& input, const FragmentSet& fragments,
     const SegmentInputOptions& options = {});

@@ -1,0 +1,221 @@
+#include "laban/align/content_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "laban/align/dtw.h"
+#include "laban/base/error.h"
+#include "laban/math/parallel.h"
+#include "laban/math/statistics.h"
+
+namespace laban::align {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void require_distances(const Eigen::Ref<const Eigen::MatrixXd>& distances, const char* place) {
+  if (distances.rows() < 1 || distances.rows() != distances.cols() || !distances.allFinite() ||
+      (distances - distances.transpose()).cwiseAbs().maxCoeff() >
+          1e-9 * distances.cwiseAbs().maxCoeff()) {
+    throw Error(ErrorKind::kData,
+                std::string(place) + ": distances are " + std::to_string(distances.rows()) + " x " +
+                    std::to_string(distances.cols()) + " (must be square, symmetric and finite)");
+  }
+}
+
+// Groups alive and the mean distances between their members.
+struct Linkage {
+  Eigen::MatrixXd distance;       // N x N; rows of dead groups are unused
+  std::vector<int> size;          // members of a group, 0 once joined to another
+  std::vector<std::size_t> into;  // item -> group, by its first item
+
+  explicit Linkage(const Eigen::Ref<const Eigen::MatrixXd>& distances)
+      : distance(distances),
+        size(static_cast<std::size_t>(distances.rows()), 1),
+        into(static_cast<std::size_t>(distances.rows())) {
+    std::iota(into.begin(), into.end(), std::size_t{0});
+  }
+
+  struct Nearest {
+    std::size_t a = 0;
+    std::size_t b = 0;
+    double distance = kInfinity;
+  };
+
+  [[nodiscard]] double& between(std::size_t a, std::size_t b) {
+    return distance(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+  }
+
+  [[nodiscard]] Nearest nearest_two() {
+    Nearest best;
+    for (std::size_t a = 0; a < size.size(); ++a) {
+      for (std::size_t b = a + 1; size[a] > 0 && b < size.size(); ++b) {
+        if (size[b] > 0 && between(a, b) < best.distance) best = {a, b, between(a, b)};
+      }
+    }
+    return best;
+  }
+
+  // Average linkage: the mean distance of a union is the mean of its parts', by their sizes.
+  void join(std::size_t a, std::size_t b) {
+    const double share_a = static_cast<double>(size[a]) / (size[a] + size[b]);
+    for (std::size_t c = 0; c < size.size(); ++c) {
+      const double mean = share_a * between(a, c) + (1.0 - share_a) * between(b, c);
+      between(a, c) = mean;
+      between(c, a) = mean;
+    }
+    size[a] += size[b];
+    size[b] = 0;
+    std::replace(into.begin(), into.end(), b, a);
+  }
+};
+
+// Groups numbered by their first items.
+std::vector<int> numbered(const std::vector<std::size_t>& into) {
+  std::vector<int> number(into.size(), -1);
+  std::vector<int> groups;
+  int count = 0;
+  for (const std::size_t first : into) {
+    if (number[first] < 0) number[first] = count++;
+    groups.push_back(number[first]);
+  }
+  return groups;
+}
+
+// Distances between the members of one group: of each pair, and of each member to its nearest.
+struct Inside {
+  std::vector<double> pairs;
+  std::vector<double> nearest;
+};
+
+Inside inside_group(const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::span<const int> groups,
+                    int group) {
+  Inside result;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    double nearest = kInfinity;
+    for (std::size_t j = 0; j < groups.size(); ++j) {
+      if (i == j || groups[i] != group || groups[j] != group) continue;
+      const double cost = mean_cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      nearest = std::min(nearest, cost);
+      if (i < j) result.pairs.push_back(cost);
+    }
+    if (nearest < kInfinity) result.nearest.push_back(nearest);
+  }
+  return result;
+}
+
+}  // namespace
+
+PairCosts all_pair_costs(std::span<const Eigen::MatrixXd> features, int threads) {
+  const auto count = static_cast<int>(features.size());
+  PairCosts costs{Eigen::MatrixXd::Zero(count, count), Eigen::MatrixXd::Zero(count, count)};
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = 0; i < count; ++i) {
+    for (int j = i + 1; j < count; ++j) pairs.emplace_back(i, j);
+  }
+  math::parallel_for(static_cast<int>(pairs.size()), threads, [&](int n) {
+    const int i = pairs[static_cast<std::size_t>(n)].first;
+    const int j = pairs[static_cast<std::size_t>(n)].second;
+    const DtwCost cost =
+        dtw_cost(features[static_cast<std::size_t>(i)], features[static_cast<std::size_t>(j)]);
+    costs.cost(i, j) = costs.cost(j, i) = cost.cost;
+    costs.mean_cost(i, j) = costs.mean_cost(j, i) = cost.mean_cost();
+  });
+  return costs;
+}
+
+std::vector<std::string> ClusterOptions::problems() const {
+  std::vector<std::string> found;
+  if (group_count.has_value() == threshold.has_value()) {
+    found.emplace_back("ClusterOptions: exactly one of group_count and threshold must be given");
+  }
+  if (group_count.has_value() && *group_count < 1) {
+    found.push_back("ClusterOptions::group_count = " + std::to_string(*group_count) +
+                    " (must be >= 1)");
+  }
+  if (threshold.has_value() && !(*threshold >= 0.0)) {
+    found.push_back("ClusterOptions::threshold = " + std::to_string(*threshold) +
+                    " (must be >= 0)");
+  }
+  return found;
+}
+
+std::vector<int> content_groups(const Eigen::Ref<const Eigen::MatrixXd>& distances,
+                                const ClusterOptions& options) {
+  std::vector<std::string> problems = options.problems();
+  if (options.group_count.value_or(1) > distances.rows()) {
+    problems.push_back("ClusterOptions::group_count = " + std::to_string(*options.group_count) +
+                       " (must be at most the " + std::to_string(distances.rows()) + " items)");
+  }
+  if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
+  require_distances(distances, "content_groups");
+  Linkage linkage(distances);
+  for (int alive = static_cast<int>(distances.rows()); alive > options.group_count.value_or(1);
+       --alive) {
+    const Linkage::Nearest nearest = linkage.nearest_two();
+    if (options.threshold.has_value() && nearest.distance > *options.threshold) break;
+    linkage.join(nearest.a, nearest.b);
+  }
+  return numbered(linkage.into);
+}
+
+std::vector<Neighbor> nearest(const Eigen::Ref<const Eigen::MatrixXd>& features,
+                              std::span<const Eigen::MatrixXd> fragments, int count,
+                              std::span<const int> candidates) {
+  if (count < 1) {
+    throw Error(ErrorKind::kUsage, "nearest: count = " + std::to_string(count) + " (must be >= 1)");
+  }
+  std::vector<int> all(candidates.begin(), candidates.end());
+  if (all.empty()) {
+    all.resize(fragments.size());
+    std::iota(all.begin(), all.end(), 0);
+  }
+  std::vector<Neighbor> neighbors;
+  for (const int fragment : all) {
+    if (fragment < 0 || static_cast<std::size_t>(fragment) >= fragments.size()) {
+      throw Error(ErrorKind::kUsage, "nearest: candidate " + std::to_string(fragment) + " of " +
+                                         std::to_string(fragments.size()) + " fragments");
+    }
+    const DtwCost cost = dtw_cost(features, fragments[static_cast<std::size_t>(fragment)]);
+    neighbors.push_back({fragment, cost.cost, cost.mean_cost()});
+  }
+  std::sort(neighbors.begin(), neighbors.end(), [](const Neighbor& a, const Neighbor& b) {
+    return a.mean_cost != b.mean_cost ? a.mean_cost < b.mean_cost : a.fragment < b.fragment;
+  });
+  neighbors.resize(std::min(neighbors.size(), static_cast<std::size_t>(count)));
+  return neighbors;
+}
+
+std::vector<GroupCostStatistics> group_cost_statistics(
+    const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::span<const int> groups,
+    double margin) {
+  if (!(margin > 0.0)) {
+    throw Error(ErrorKind::kUsage, "group_cost_statistics: margin must be > 0");
+  }
+  if (groups.empty() || mean_cost.rows() != static_cast<Eigen::Index>(groups.size()) ||
+      mean_cost.cols() != mean_cost.rows() || *std::min_element(groups.begin(), groups.end()) < 0) {
+    throw Error(ErrorKind::kData,
+                "group_cost_statistics: needs N >= 1 groups from 0 on and N x N costs");
+  }
+  const int group_count = *std::max_element(groups.begin(), groups.end()) + 1;
+  std::vector<GroupCostStatistics> statistics(static_cast<std::size_t>(group_count));
+  double dearest = 0.0;
+  for (int g = 0; g < group_count; ++g) {
+    const Inside inside = inside_group(mean_cost, groups, g);
+    if (inside.pairs.empty()) continue;
+    const double nearest = *std::max_element(inside.nearest.begin(), inside.nearest.end());
+    statistics[static_cast<std::size_t>(g)] = {math::median(inside.pairs), margin * nearest, true};
+    dearest = std::max(dearest, margin * nearest);
+  }
+  for (GroupCostStatistics& s : statistics) {
+    if (!s.has_pairs) s.threshold = dearest > 0.0 ? dearest : kInfinity;
+  }
+  return statistics;
+}
+
+}  // namespace laban::align

@@ -1,0 +1,288 @@
+#include "laban/align/content_metric.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "laban/align/dtw.h"
+#include "laban/base/error.h"
+#include "laban/math/parallel.h"
+#include "laban/math/rotation.h"
+#include "laban/math/statistics.h"
+
+namespace laban::align {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+using motion::kAngleRowCount;
+using motion::PoseMatrix;
+
+// One joint's curve begun `turns` whole turns away and kept continuous.
+Eigen::Matrix3Xd shifted_branch(const Eigen::Ref<const Eigen::Matrix3Xd>& curve,
+                                const Eigen::Vector3d& axis, int turns) {
+  Eigen::Matrix3Xd shifted(3, curve.cols());
+  Eigen::Vector3d previous = curve.col(0) + 2.0 * std::numbers::pi * turns * axis;
+  for (Eigen::Index t = 0; t < curve.cols(); ++t) {
+    previous = math::nearest_branch(curve.col(t), previous);
+    shifted.col(t) = previous;
+  }
+  return shifted;
+}
+
+// The axis along which whole turns are added at a curve's first frame.
+Eigen::Vector3d turn_axis(const Eigen::Vector3d& first, const Eigen::Vector3d& reference) {
+  constexpr double kNoAxis = 1e-9;  // as math::nearest_branch
+  if (first.norm() > kNoAxis) return first.normalized();
+  return reference.norm() > kNoAxis ? Eigen::Vector3d(reference.normalized())
+                                    : Eigen::Vector3d::UnitX();
+}
+
+Eigen::VectorXd row_mean(std::span<const Eigen::MatrixXd> sequences) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(sequences[0].rows());
+  Eigen::Index count = 0;
+  for (const Eigen::MatrixXd& sequence : sequences) {
+    sum += sequence.rowwise().sum();
+    count += sequence.cols();
+  }
+  return sum / static_cast<double>(count);
+}
+
+// A pose from which few clips are whole turns away: the median of the clips' mean poses, then the
+// mean of what that puts on one branch.
+Eigen::VectorXd common_reference(std::span<const PoseMatrix> clips) {
+  const auto count = static_cast<Eigen::Index>(clips.size());
+  Eigen::MatrixXd means(kAngleRowCount, count);
+  for (Eigen::Index c = 0; c < count; ++c) {
+    means.col(c) = clips[static_cast<std::size_t>(c)].angles.rowwise().mean();
+  }
+  Eigen::VectorXd reference(kAngleRowCount);
+  for (int row = 0; row < kAngleRowCount; ++row) {
+    const Eigen::VectorXd values = means.row(row).transpose();
+    reference(row) = math::median(math::as_span(values));
+  }
+  std::vector<Eigen::MatrixXd> angles;
+  for (const PoseMatrix& clip : clips) angles.push_back(on_branch_of(clip.angles, reference));
+  return row_mean(angles);
+}
+
+// The fragments' angles, each less its performer's mean pose.
+std::vector<Eigen::MatrixXd> centered_angles(std::span<const PoseMatrix> fragments,
+                                             std::span<const int> performers,
+                                             const Eigen::VectorXd& reference) {
+  std::vector<Eigen::MatrixXd> angles;
+  std::map<int, std::vector<std::size_t>> fragments_of;
+  for (std::size_t i = 0; i < fragments.size(); ++i) {
+    angles.push_back(on_branch_of(fragments[i].angles, reference));
+    fragments_of[performers.empty() ? static_cast<int>(i) : performers[i]].push_back(i);
+  }
+  for (const auto& [performer, members] : fragments_of) {
+    std::vector<Eigen::MatrixXd> own;
+    for (const std::size_t i : members) own.push_back(angles[i]);
+    const Eigen::VectorXd mean = row_mean(own);
+    for (const std::size_t i : members) angles[i].colwise() -= mean;
+  }
+  return angles;
+}
+
+Eigen::MatrixXd covariance(std::span<const Eigen::MatrixXd> sequences) {
+  const Eigen::VectorXd mean = row_mean(sequences);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(mean.size(), mean.size());
+  Eigen::Index count = 0;
+  for (const Eigen::MatrixXd& sequence : sequences) {
+    const Eigen::MatrixXd centered = sequence.colwise() - mean;
+    sum.noalias() += centered * centered.transpose();
+    count += sequence.cols();
+  }
+  return sum / static_cast<double>(count);
+}
+
+struct Pair {
+  std::size_t i;
+  std::size_t j;
+};
+
+// Pairs of one group: by two performers where there are such, else all.
+std::vector<Pair> same_content_pairs(std::span<const int> groups, std::span<const int> performers) {
+  std::map<int, std::array<std::vector<Pair>, 2>> pairs_of;  // [by one performer, by two]
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    for (std::size_t j = i + 1; j < groups.size(); ++j) {
+      if (groups[i] != groups[j]) continue;
+      const bool two = performers.empty() || performers[i] != performers[j];
+      pairs_of[groups[i]][two ? 1 : 0].push_back({i, j});
+    }
+  }
+  std::vector<Pair> pairs;
+  for (const auto& [group, kinds] : pairs_of) {
+    const std::vector<Pair>& best = kinds[1].empty() ? kinds[0] : kinds[1];
+    pairs.insert(pairs.end(), best.begin(), best.end());
+  }
+  return pairs;
+}
+
+// Mean over a pair's path of the outer product of frame differences.
+Eigen::MatrixXd path_scatter(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) {
+  const std::vector<FramePair> path = dtw(x, y).path;
+  Eigen::MatrixXd difference(x.rows(), static_cast<Eigen::Index>(path.size()));
+  for (std::size_t n = 0; n < path.size(); ++n) {
+    difference.col(static_cast<Eigen::Index>(n)) = x.col(path[n].p) - y.col(path[n].q);
+  }
+  return difference * difference.transpose() / static_cast<double>(path.size());
+}
+
+// S_w: every pair counts once, whatever its length.
+Eigen::MatrixXd within_scatter(std::span<const Eigen::MatrixXd> angles, std::span<const Pair> pairs,
+                               int threads) {
+  std::vector<Eigen::MatrixXd> scatters(pairs.size());
+  math::parallel_for(static_cast<int>(pairs.size()), threads, [&](int n) {
+    const auto index = static_cast<std::size_t>(n);
+    scatters[index] = path_scatter(angles[pairs[index].i], angles[pairs[index].j]);
+  });
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(kAngleRowCount, kAngleRowCount);
+  for (const Eigen::MatrixXd& scatter : scatters) sum += scatter;
+  return sum / static_cast<double>(pairs.size());
+}
+
+// S_t v = lambda S_w v with v' S_w v = 1, largest lambda first; rows sqrt(lambda) v'.
+Eigen::MatrixXd discriminant_map(const Eigen::MatrixXd& total, const Eigen::MatrixXd& within,
+                                 double shrinkage, int dimensions) {
+  const double mean_scatter = within.trace() / static_cast<double>(within.rows());
+  const double floor = 1e-12;  // radians^2: motionless fragments still give a metric
+  Eigen::MatrixXd shrunk = (1.0 - shrinkage) * within;
+  shrunk.diagonal().array() += shrinkage * mean_scatter + floor;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(total, shrunk);
+  if (solver.info() != Eigen::Success) {
+    throw Error(ErrorKind::kNumeric,
+                "fit_content_metric: the scatter within contents has no square root; raise "
+                "ContentMetricOptions::shrinkage");
+  }
+  const Eigen::VectorXd scale = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::MatrixXd rows = scale.asDiagonal() * solver.eigenvectors().transpose();
+  return rows.colwise().reverse().topRows(dimensions);
+}
+
+// Without contents to tell apart: every joint weighs by its own spread, still ones not above a
+// tenth of the mean spread's worth.
+Eigen::MatrixXd spread_map(const Eigen::MatrixXd& total, double shrinkage, int dimensions) {
+  const double mean_variance = total.trace() / static_cast<double>(total.rows());
+  Eigen::VectorXd scale(total.rows());
+  for (Eigen::Index row = 0; row < total.rows(); row += 3) {
+    const double variance = total.diagonal().segment<3>(row).mean();
+    scale.segment<3>(row).setConstant(
+        1.0 / std::sqrt((1.0 - shrinkage) * variance + shrinkage * mean_variance + 1e-12));
+  }
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * total * scale.asDiagonal();
+  if (dimensions == kAngleRowCount) return scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
+  const Eigen::MatrixXd directions = solver.eigenvectors().rightCols(dimensions).transpose();
+  return directions.colwise().reverse() * scale.asDiagonal();
+}
+
+void require_sizes(std::size_t fragments, std::size_t given, const std::string& what) {
+  if (given != 0 && given != fragments) {
+    throw Error(ErrorKind::kUsage, "fit_content_metric: " + std::to_string(given) + " " + what +
+                                       " for " + std::to_string(fragments) + " fragments");
+  }
+}
+
+}  // namespace
+
+Eigen::MatrixXd on_branch_of(const Eigen::Ref<const Eigen::MatrixXd>& angles,
+                             const Eigen::Ref<const Eigen::VectorXd>& reference) {
+  Eigen::MatrixXd result = angles;
+  for (Eigen::Index row = 0; row + 3 <= angles.rows(); row += 3) {
+    const Eigen::Matrix3Xd curve = angles.middleRows<3>(row);
+    const Eigen::Vector3d target = reference.segment<3>(row);
+    // |r| + |reference| <= pi: no other branch can be nearer.
+    if (curve.colwise().norm().maxCoeff() + target.norm() <= std::numbers::pi) continue;
+    const Eigen::Vector3d axis = turn_axis(curve.col(0), target);
+    double best = (curve.colwise() - target).squaredNorm();
+    for (const int turns : {-1, 1, -2, 2}) {
+      const Eigen::Matrix3Xd shifted = shifted_branch(curve, axis, turns);
+      const double cost = (shifted.colwise() - target).squaredNorm();
+      if (cost < best) {
+        best = cost;
+        result.middleRows<3>(row) = shifted;
+      }
+    }
+  }
+  return result;
+}
+
+ContentMetric::ContentMetric(MetricKind kind, Eigen::MatrixXd map, Eigen::VectorXd reference)
+    : kind_(kind), map_(std::move(map)), reference_(std::move(reference)) {
+  if (map_.cols() != kAngleRowCount || map_.rows() < 1 || map_.rows() > kAngleRowCount ||
+      reference_.size() != kAngleRowCount) {
+    throw Error(ErrorKind::kData, "ContentMetric: map " + std::to_string(map_.rows()) + " x " +
+                                      std::to_string(map_.cols()) + ", reference " +
+                                      std::to_string(reference_.size()) +
+                                      " (must be k x 63, 1 <= k <= 63, and 63)");
+  }
+  if (!map_.allFinite() || !reference_.allFinite()) {
+    throw Error(ErrorKind::kData, "ContentMetric: a value is not finite");
+  }
+}
+
+ContentMetric::ContentMetric(Eigen::MatrixXd map, Eigen::VectorXd reference)
+    : ContentMetric(MetricKind::kContent, std::move(map), std::move(reference)) {}
+
+ContentMetric ContentMetric::raw() {
+  return {MetricKind::kRaw, Eigen::MatrixXd::Identity(kAngleRowCount, kAngleRowCount),
+          Eigen::VectorXd::Zero(kAngleRowCount)};
+}
+
+Eigen::VectorXd ContentMetric::mean_pose(std::span<const PoseMatrix> clips) const {
+  if (clips.empty()) throw Error(ErrorKind::kData, "ContentMetric::mean_pose: no clip");
+  std::vector<Eigen::MatrixXd> angles;
+  for (const PoseMatrix& clip : clips) angles.push_back(on_branch_of(clip.angles, reference_));
+  return row_mean(angles);
+}
+
+Eigen::MatrixXd ContentMetric::features(const PoseMatrix& pose,
+                                        const Eigen::Ref<const Eigen::VectorXd>& mean_pose) const {
+  if (kind_ == MetricKind::kRaw) return pose.angles;
+  return map_ * (on_branch_of(pose.angles, reference_).colwise() - mean_pose);
+}
+
+std::vector<std::string> ContentMetricOptions::problems() const {
+  std::vector<std::string> found;
+  if (!(shrinkage >= 0.0 && shrinkage <= 1.0)) {
+    found.push_back("ContentMetricOptions::shrinkage = " + std::to_string(shrinkage) +
+                    " (must be in [0, 1])");
+  }
+  if (dimensions.has_value() && (*dimensions < 1 || *dimensions > kAngleRowCount)) {
+    found.push_back("ContentMetricOptions::dimensions = " + std::to_string(*dimensions) +
+                    " (must be 1 to 63)");
+  }
+  if (threads < 0) {
+    found.push_back("ContentMetricOptions::threads = " + std::to_string(threads) +
+                    " (must be >= 0)");
+  }
+  return found;
+}
+
+ContentMetric fit_content_metric(std::span<const PoseMatrix> fragments, std::span<const int> groups,
+                                 std::span<const int> performers,
+                                 const ContentMetricOptions& options) {
+  const std::vector<std::string> problems = options.problems();
+  if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
+  if (fragments.empty()) throw Error(ErrorKind::kData, "fit_content_metric: no fragment");
+  require_sizes(fragments.size(), groups.size(), "groups");
+  require_sizes(fragments.size(), performers.size(), "performers");
+
+  const int dimensions = options.dimensions.value_or(kAngleRowCount);
+  Eigen::VectorXd reference = common_reference(fragments);
+  const std::vector<Eigen::MatrixXd> angles = centered_angles(fragments, performers, reference);
+  const Eigen::MatrixXd total = covariance(angles);
+  const std::vector<Pair> pairs = same_content_pairs(groups, performers);
+  Eigen::MatrixXd map =
+      pairs.empty() ? spread_map(total, options.shrinkage, dimensions)
+                    : discriminant_map(total, within_scatter(angles, pairs, options.threads),
+                                       options.shrinkage, dimensions);
+  return {std::move(map), std::move(reference)};
+}
+
+}  // namespace laban::align
