@@ -36,8 +36,8 @@ struct HumanoidOptions {
 /// standard reference pose (DESIGN 2, METHODS 0). It belongs to one skeleton and may be used with
 /// any clip on it.
 ///
-/// Invariant: the 17 required joints are mapped, to different rig joints, each below the rig joint
-/// of the standard joint it hangs on; references are unit rotations; leg_length_m > 0.
+/// Invariant: the 17 required joints are mapped, no rig joint plays two; references are unit
+/// rotations; leg_length_m > 0.
 class Humanoid {
  public:
   using Mapping = std::array<std::optional<MappedJoint>, kStandardJointCount>;
@@ -59,8 +59,8 @@ class Humanoid {
   [[nodiscard]] std::vector<StandardJoint> missing() const;
   /// Thigh plus shin, mean of left and right, metres.
   [[nodiscard]] double leg_length_m() const noexcept { return leg_length_m_; }
-  /// Where the hips of the standard body lie, in the space of the rig's hips joint, metres: rigs put
-  /// their hips joint anywhere from below the hip line to the waist, so the root path of a pose
+  /// Where the hips of the standard body lie, in the space of the rig's hips joint, metres: rigs
+  /// put their hips joint anywhere from below the hip line to the waist, so the root path of a pose
   /// matrix follows the point that lies above the middle of the hip line by what the standard body
   /// has there.
   [[nodiscard]] const Eigen::Vector3d& root_point() const noexcept { return root_point_; }
@@ -92,7 +92,8 @@ class Humanoid {
 /// rest skeleton: bone directions are turned into the standard T-pose, twist is fixed by a second
 /// direction (knee and elbow hinge, hip line, shoulder line).
 ///
-/// @throws Error{kData} naming the required joints that were not found and the names that were seen;
+/// @throws Error{kData} naming the required joints that were not found and the names that were
+/// seen;
 ///         Error{kUsage} if options name a joint that the skeleton does not have.
 [[nodiscard]] Humanoid find_humanoid(const Clip& clip, const HumanoidOptions& options = {});
 

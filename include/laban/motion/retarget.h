@@ -18,7 +18,8 @@ namespace laban::motion {
 /// split into heading and tilt. Exponential maps begin on the principal branch and are unwrapped
 /// along time.
 ///
-/// @throws Error{kUsage} if the humanoid was made for a skeleton of another size; Error{kData} if no
+/// @throws Error{kUsage} if the humanoid was made for a skeleton of another size; Error{kData} if
+/// no
 ///         frame is left after the T-pose.
 /// Time O(F * J).
 [[nodiscard]] PoseMatrix to_pose_matrix(const Clip& clip, const Humanoid& humanoid);
@@ -41,14 +42,14 @@ struct RetargetOptions {
 ///
 /// Every mapped joint gets exactly its model-space rotation R_s G_s(ref), and the root path (scaled
 /// by the rig's leg length) is exact. Every other joint, and positions animated on joints below the
-/// hips, keep the source's own motion at the warped time (slerp, lerp). If the hips joint is not the
-/// root, the joints above keep the source's motion and the hips' own offset is solved for, so that
-/// the clip animates translations.
+/// hips, keep the source's own motion at the warped time (slerp, lerp). If the hips joint is not
+/// the root, the joints above keep the source's motion and the hips' own offset is solved for, so
+/// that the clip animates translations.
 ///
 /// @returns a clip of pose.frame_count() frames at pose.frame_rate_hz on source's skeleton.
 /// @throws Error{kUsage} if the humanoid does not fit the source, or source_frames has another
-///         length than the pose matrix or values that are not finite; Error{kData} if the source has
-///         no frame after its T-pose.
+///         length than the pose matrix or values that are not finite; Error{kData} if the source
+///         has no frame after its T-pose.
 [[nodiscard]] Clip from_pose_matrix(const PoseMatrix& pose, const Humanoid& humanoid,
                                     const Clip& source, const RetargetOptions& options = {});
 

@@ -1,0 +1,308 @@
+#include "rig_tables.h"
+
+#include <cctype>
+#include <numbers>
+
+namespace laban::motion {
+namespace {
+
+using Names = std::vector<std::string>;
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// Names of one side, without the side: "*" stands for it.
+struct SideNames {
+  Names clavicle, upper_arm, forearm, hand, thigh, shin, foot, toe;
+};
+
+std::string with_side(std::string name, std::string_view side) {
+  const auto star = name.find('*');
+  return star == std::string::npos ? name : name.replace(star, 1, side);
+}
+
+void set_side(RigTable& table, const SideNames& names, std::string_view side,
+              StandardJoint clavicle, StandardJoint thigh) {
+  const auto set = [&](int index, const Names& of_joint) {
+    for (const std::string& name : of_joint) {
+      table.names[static_cast<std::size_t>(index)].push_back(with_side(name, side));
+    }
+  };
+  int arm = index_of(clavicle);
+  for (const Names* of_joint : {&names.clavicle, &names.upper_arm, &names.forearm, &names.hand}) {
+    set(arm++, *of_joint);
+  }
+  int leg = index_of(thigh);
+  for (const Names* of_joint : {&names.thigh, &names.shin, &names.foot, &names.toe}) {
+    set(leg++, *of_joint);
+  }
+}
+
+RigTable named(std::string rig_name, std::array<Names, 5> torso, const SideNames& sides,
+               std::string_view left, std::string_view right) {
+  RigTable table;
+  table.rig_name = std::move(rig_name);
+  for (std::size_t i = 0; i < torso.size(); ++i) table.names[i] = std::move(torso[i]);
+  set_side(table, sides, left, StandardJoint::kLeftClavicle, StandardJoint::kLeftThigh);
+  set_side(table, sides, right, StandardJoint::kRightClavicle, StandardJoint::kRightThigh);
+  return table;
+}
+
+/// Names that MotionBuilder made common: CMU by cgspeed, Mixamo, LAFAN, HIK share them.
+const SideNames kMotionBuilderSides = {{"*shoulder"}, {"*arm"}, {"*forearm"}, {"*hand"},
+                                       {"*upleg"},    {"*leg"}, {"*foot"},    {"*toebase", "*toe"}};
+
+/// Bandai-Namco: the zero pose lays every bone along its joint's x axis, away from the body on the
+/// left and towards it on the right, so the axes are told here. Hinges: elbows bend about -y, knees
+/// about +y of both sides (measured: such rotations are about those axes to 0.1 degrees in takes
+/// without noise). The foot's x axis points at the toe joint: it falls by 39.6 degrees, the toe's
+/// by 23.0, whenever a foot stands flat (median of all frames in which ankle and toe rest).
+RigTable bandai() {
+  RigTable table = named("bandai", {{{"hips"}, {"spine"}, {"chest"}, {"neck"}, {"head"}}},
+                         {{"shoulder*"},
+                          {"upperarm*"},
+                          {"lowerarm*"},
+                          {"hand*"},
+                          {"upperleg*"},
+                          {"lowerleg*"},
+                          {"foot*"},
+                          {"toes*"}},
+                         "l", "r");
+  table.signature = {"jointroot"};
+  const Vector3d x = Vector3d::UnitX();
+  const Vector3d y = Vector3d::UnitY();
+  const Vector3d z = Vector3d::UnitZ();
+  const auto slope = [](double degrees) {
+    return Vector3d(0.0, -std::sin(degrees * kDegree), std::cos(degrees * kDegree));
+  };
+  using enum StandardJoint;
+  table.axes.push_back({kHips, x, y, z, z});
+  for (const StandardJoint joint : {kSpine, kChest, kNeck, kHead}) {
+    table.axes.push_back({joint, x, y, y, z});
+  }
+  for (int i = 0; i < 4; ++i) {
+    const auto left = static_cast<StandardJoint>(index_of(kLeftClavicle) + i);
+    const auto right = static_cast<StandardJoint>(index_of(kRightClavicle) + i);
+    table.axes.push_back({left, x, x, y, y});
+    table.axes.push_back({right, -x, -x, -y, y});
+  }
+  const std::array<Vector3d, 4> leg_bones = {-y, -y, slope(39.6), slope(23.0)};
+  for (int i = 0; i < 4; ++i) {
+    const auto left = static_cast<StandardJoint>(index_of(kLeftThigh) + i);
+    const auto right = static_cast<StandardJoint>(index_of(kRightThigh) + i);
+    table.axes.push_back({left, x, leg_bones[static_cast<std::size_t>(i)], y, x});
+    table.axes.push_back({right, -x, leg_bones[static_cast<std::size_t>(i)], y, x});
+  }
+  return table;
+}
+
+/// Hinges of CMU captures in the T-pose of cgspeed's two conversions: the radius of the ASF turns
+/// about an axis 30 degrees off the vertical (both conversions agree to 0.3 degrees).
+const LimbHint kCmuUpperArm = {
+    StandardJoint::kLeftUpperArm, Vector3d::Zero(), {-0.121, -0.858, 0.500}};
+const LimbHint kCmuForearm = {
+    StandardJoint::kLeftForearm, Vector3d::Zero(), {-0.121, -0.858, 0.500}};
+const LimbHint kCmuThigh = {StandardJoint::kLeftThigh, Vector3d::Zero(), Vector3d::UnitX()};
+const LimbHint kCmuShin = {StandardJoint::kLeftShin, Vector3d::Zero(), Vector3d::UnitX()};
+
+/// cgspeed's 31-joint conversion of the CMU captures for MotionBuilder.
+RigTable cmu_31() {
+  RigTable table = named("cmu-31", {{{"hips"}, {"spine"}, {"spine1"}, {"neck"}, {"head"}}},
+                         kMotionBuilderSides, "left", "right");
+  table.signature = {"lhipjoint", "lowerback"};
+  table.t_pose_frame = true;
+  const auto about_x = [](double degrees) { return Vector3d(degrees * kDegree, 0.0, 0.0); };
+  const auto about_z = [](double degrees) { return Vector3d(0.0, 0.0, degrees * kDegree); };
+  // The same in every file seen.
+  table.t_pose = {{"leftupleg", about_z(-21.0)}, {"rightupleg", about_z(21.0)},
+                  {"neck", about_x(-16.0)},      {"neck1", about_x(21.0)},
+                  {"head", about_x(11.0)},       {"leftarm", about_z(-8.0)},
+                  {"rightarm", about_z(8.0)}};
+  table.limbs = {kCmuUpperArm, kCmuForearm, kCmuThigh, kCmuShin};
+  return table;
+}
+
+/// cgspeed's 43-joint conversion of the CMU captures for Daz figures. The figure's own bones bend
+/// the elbow by 17 degrees and turn the feet out by 5 where the captured body, as the 31-joint
+/// files have it, is straight; rotations away from the T-pose frame agree with the 31-joint files
+/// to 2-4 degrees. So the captured body's directions stand in for the figure's.
+RigTable cmu_43() {
+  RigTable table = named(
+      "cmu-43", {{{"hip"}, {"abdomen"}, {"chest"}, {"neck"}, {"head"}}},
+      {{"*collar"}, {"*shldr"}, {"*forearm"}, {"*hand"}, {"*thigh"}, {"*shin"}, {"*foot"}, {}}, "l",
+      "r");
+  table.signature = {"abdomen", "lbuttock"};
+  table.t_pose_frame = true;
+  const Vector3d arm(std::cos(8.0 * kDegree), -std::sin(8.0 * kDegree), 0.0);
+  const Vector3d leg = -Vector3d::UnitY();
+  table.limbs = {kCmuUpperArm,
+                 kCmuForearm,
+                 kCmuThigh,
+                 kCmuShin,
+                 {StandardJoint::kLeftFoot, Vector3d::UnitZ(), Vector3d::Zero()}};
+  table.limbs[0].bone = arm;
+  table.limbs[1].bone = arm;
+  table.limbs[2].bone = leg;
+  table.limbs[3].bone = leg;
+  return table;
+}
+
+RigTable mixamo() {
+  return named("mixamo", {{{"hips"}, {"spine"}, {"spine2", "spine1"}, {"neck"}, {"head"}}},
+               kMotionBuilderSides, "left", "right");
+}
+
+RigTable standard() {
+  RigTable table;
+  table.rig_name = "standard";
+  for (std::size_t i = 0; i < kStandardJointCount; ++i) {
+    table.names[i] = {normalised_joint_name(kStandardJointNames[i])};
+  }
+  return table;
+}
+
+RigTable motion_builder() {
+  return named("motionbuilder",
+               {{{"hips", "pelvis"},
+                 {"spine", "spine1"},
+                 {"spine9", "spine8", "spine7", "spine6", "spine5", "spine4", "spine3", "spine2",
+                  "spine1", "chest"},
+                 {"neck", "neck1"},
+                 {"head"}}},
+               kMotionBuilderSides, "left", "right");
+}
+
+RigTable biped() {
+  return named(
+      "3ds-max-biped",
+      {{{"pelvis"}, {"spine"}, {"spine3", "spine2", "spine1"}, {"neck", "neck1"}, {"head"}}},
+      {{"*clavicle"},
+       {"*upperarm"},
+       {"*forearm"},
+       {"*hand"},
+       {"*thigh"},
+       {"*calf"},
+       {"*foot"},
+       {"*toe0"}},
+      "l", "r");
+}
+
+RigTable unreal() {
+  return named("unreal",
+               {{{"pelvis"},
+                 {"spine01"},
+                 {"spine05", "spine04", "spine03", "spine02"},
+                 {"neck01"},
+                 {"head"}}},
+               {{"clavicle*"},
+                {"upperarm*"},
+                {"lowerarm*"},
+                {"hand*"},
+                {"thigh*"},
+                {"calf*"},
+                {"foot*"},
+                {"ball*"}},
+               "l", "r");
+}
+
+const SideNames kUnitySides = {{"*shoulder"}, {"*upperarm"}, {"*lowerarm"}, {"*hand"},
+                               {"*upperleg"}, {"*lowerleg"}, {"*foot"},     {"*toes", "*toebase"}};
+
+RigTable unity() {
+  return named("unity", {{{"hips"}, {"spine"}, {"upperchest", "chest"}, {"neck"}, {"head"}}},
+               kUnitySides, "left", "right");
+}
+
+RigTable vrm() {
+  return named("vrm", {{{"chips"}, {"cspine"}, {"cupperchest", "cchest"}, {"cneck"}, {"chead"}}},
+               kUnitySides, "l", "r");
+}
+
+RigTable xsens() {
+  return named("xsens", {{{"pelvis", "hips"}, {"l3", "l5"}, {"t8", "t12"}, {"neck"}, {"head"}}},
+               {{"*shoulder"},
+                {"*upperarm"},
+                {"*forearm"},
+                {"*hand"},
+                {"*upperleg"},
+                {"*lowerleg"},
+                {"*foot"},
+                {"*toe"}},
+               "left", "right");
+}
+
+RigTable xsens_bvh() {
+  return named("xsens-bvh",
+               {{{"hips"}, {"chest", "spine"}, {"chest4", "chest3", "chest2"}, {"neck"}, {"head"}}},
+               {{"*collar"},
+                {"*shoulder"},
+                {"*elbow"},
+                {"*wrist"},
+                {"*hip"},
+                {"*knee"},
+                {"*ankle"},
+                {"*toe"}},
+               "left", "right");
+}
+
+RigTable rokoko() {
+  return named(
+      "rokoko",
+      {{{"hips"}, {"spine1", "spine"}, {"spine4", "spine3", "spine2"}, {"neck"}, {"head"}}},
+      {{"*shoulder"},
+       {"*arm"},
+       {"*forearm"},
+       {"*hand"},
+       {"*thigh"},
+       {"*shin"},
+       {"*foot"},
+       {"*toe"}},
+      "left", "right");
+}
+
+/// Bones of ASF files, each named as the joint it begins at.
+RigTable acclaim() {
+  return named("acclaim", {{{"root"}, {"upperback"}, {"thorax"}, {"lowerneck"}, {"head"}}},
+               {{"*clavicle"},
+                {"*humerus"},
+                {"*radius"},
+                {"*hand", "*wrist"},
+                {"*femur"},
+                {"*tibia"},
+                {"*foot"},
+                {"*toes"}},
+               "l", "r");
+}
+
+std::vector<RigTable> build_tables() {
+  return {bandai(), cmu_31(), cmu_43(), mixamo(), standard(),  motion_builder(), biped(),
+          unreal(), unity(),  vrm(),    xsens(),  xsens_bvh(), rokoko(),         acclaim()};
+}
+
+}  // namespace
+
+const std::vector<RigTable>& rig_tables() {
+  static const std::vector<RigTable> tables = build_tables();
+  return tables;
+}
+
+std::string normalised_joint_name(std::string_view name) {
+  const auto colon = name.rfind(':');
+  if (colon != std::string_view::npos && colon + 1 < name.size()) name.remove_prefix(colon + 1);
+  std::string plain;
+  for (const char c : name) {
+    const auto letter = static_cast<unsigned char>(c);
+    if (std::isalnum(letter) != 0 || letter >= 0x80) {
+      plain.push_back(static_cast<char>(std::tolower(letter)));
+    }
+  }
+  for (const std::string_view prefix : {"mixamorig", "character", "valvebiped", "jbip", "bip"}) {
+    if (plain.compare(0, prefix.size(), prefix) != 0) continue;
+    std::size_t end = prefix.size();
+    while (end < plain.size() && std::isdigit(static_cast<unsigned char>(plain[end])) != 0) ++end;
+    if (end < plain.size()) plain.erase(0, end);
+  }
+  return plain;
+}
+
+}  // namespace laban::motion
