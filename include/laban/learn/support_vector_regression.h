@@ -50,6 +50,12 @@ class SupportVectorKernel {
                                             const Eigen::Ref<const Eigen::VectorXd>& y,
                                             const SupportVectorOptions& options) const;
 
+  /// Predictions of `solution`, fitted on the samples `rows`, at the samples `at` of this kernel.
+  /// @throws Error{kData} if sizes differ or an index is out of range.
+  [[nodiscard]] Eigen::VectorXd predict(std::span<const int> rows,
+                                        const SupportVectorSolution& solution,
+                                        std::span<const int> at) const;
+
  private:
   struct Nodes;
   std::unique_ptr<Nodes> nodes_;
