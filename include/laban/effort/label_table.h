@@ -42,7 +42,9 @@ struct LabelRow {
   std::string comment;
   int line = 0;  ///< where the row stood in the text it was read from; 0 if it was not read
 
-  [[nodiscard]] bool is_blend() const { return alpha.has_value(); }
+  [[nodiscard]] bool is_blend() const {
+    return alpha.has_value() || !parent_i.empty() || !parent_j.empty();
+  }
   /// True if flow, weight and time are all given.
   [[nodiscard]] bool is_rated() const { return flow && weight && time; }
 };
@@ -59,30 +61,32 @@ struct LabelTable {
 
 /// Reads a table, checking every row, and reports everything wrong with it at once.
 ///
-/// Columns may come in any order; `fragment, clip, content, performer, flow, weight, time` must be
-/// there, the others may be absent (blank). Unknown columns are refused: a misspelled header would
-/// silently lose its values.
+/// Columns may come in any order; `fragment, clip, content, performer, flow, weight, time, source`
+/// must be there, the others may be absent (blank). Unknown columns are refused: a misspelled
+/// header would silently lose its values. Numbers may carry a plus sign and spaces around them. A
+/// row without any factor may leave its source blank (read as expert: a rater is to fill it in).
 /// @param name  of the file, for messages.
-/// @throws Error{kFormat} with one line a problem, e.g.
+/// @throws Error{kFormat} with one line a problem in the order of the text, e.g.
 ///         "labels.csv:17: flow = 3.4 (must be in [-3, 3])"; after 100 the rest is counted.
 [[nodiscard]] LabelTable parse_label_table(std::string_view text, std::string_view name);
 
-/// The table as CSV with all columns of DESIGN 3; parse_label_table(format_label_table(t)) == t up
-/// to line numbers, numbers exactly.
+/// The table as CSV with all columns of DESIGN 3, in that order. What parse_label_table makes of it
+/// is the same table, every number to the last bit.
 [[nodiscard]] std::string format_label_table(const LabelTable& table);
 
-/// What is wrong with a table that was put together in memory, like parse_label_table's lines.
+/// What breaks the rules in a table that was put together in memory, as parse_label_table would
+/// say it; rows that were not read are named by their number from 1. Empty when the table is sound.
 [[nodiscard]] std::vector<std::string> problems(const LabelTable& table, std::string_view name);
 
-/// Rows with all three factors are used by training; these are not: "fragment 'walk_03', line 12:
-/// flow, time are blank", one a row.
-[[nodiscard]] std::vector<std::string> blank_rows(const LabelTable& table);
-
-/// One row a fragment, in order of first appearance: factors are the confidence-weighted mean over
-/// the observers who gave them (blank where none did, and `space` too), confidence their mean;
-/// observer names are joined by "+", the source is the first row's. Rows of confidence 0 count only
-/// where no other says anything.
+/// One row a fragment, in order of first appearance: each factor is the mean over the rows that
+/// give it, weighted by confidence (blank counts as 1; where all are 0, unweighted), blank where
+/// none does. Confidence is the mean of those given, observers are joined by "+", all else is the
+/// first row's.
 [[nodiscard]] LabelTable mean_over_observers(const LabelTable& table);
+
+/// Fragments and blends to which no observer has given all of flow, weight and time, one line each:
+/// "fragment 'walk_03' (line 12): flow, time blank". Training needs this to be empty.
+[[nodiscard]] std::vector<std::string> blank_rows(const LabelTable& table);
 
 /// Rows that are fragments of captures, in order.
 [[nodiscard]] std::vector<LabelRow> seeds(const LabelTable& table);
