@@ -1,0 +1,254 @@
+#include "laban/align/time_warp.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "laban/base/error.h"
+
+namespace laban::align {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+using Eigen::Index;
+
+/// |dv/du| of the steepest warp, v = q - p, u = p + q: (r - 1) / (r + 1) for dq/dp = r or 1/r.
+constexpr double kMaxDrift = (kMaxWarpSlope - 1.0) / (kMaxWarpSlope + 1.0);
+
+std::string number(double value) {
+  std::string text = std::to_string(value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+/// The path as v(u) = q - p at every u = p + q; a diagonal step leaves v as it is and skips one u.
+Eigen::VectorXd drift_of_path(std::span<const FramePair> path) {
+  if (path.empty() || path.front() != FramePair{0, 0}) {
+    throw Error(ErrorKind::kData, "time warp: the path does not begin at (0, 0)");
+  }
+  const FramePair end = path.back();
+  Eigen::VectorXd drift(std::max(0, end.p + end.q) + 1);
+  drift(0) = 0.0;
+  for (std::size_t n = 1; n < path.size(); ++n) {
+    const int dp = path[n].p - path[n - 1].p;
+    const int dq = path[n].q - path[n - 1].q;
+    if (dp < 0 || dp > 1 || dq < 0 || dq > 1 || dp + dq == 0) {
+      throw Error(ErrorKind::kData, "time warp: path cell " + std::to_string(n) + " is (" +
+                                        std::to_string(dp) + ", " + std::to_string(dq) +
+                                        ") on from the one before (must be (1,0), (0,1) or (1,1))");
+    }
+    const int u = path[n].p + path[n].q;
+    drift(u) = path[n].q - path[n].p;
+    if (dp + dq == 2) drift(u - 1) = drift(u);
+  }
+  return drift;
+}
+
+/// A knot of the derivative of a convex piecewise quadratic function: value `slope` at `at`, linear
+/// between knots. Two knots at one place are a jump.
+struct Knot {
+  double at;
+  double slope;
+};
+
+/// Where the function with these knots is least, and how many knots lie left of it.
+struct Minimum {
+  double at;
+  std::size_t left_count;
+};
+
+Minimum find_minimum(const std::vector<Knot>& knots) {
+  const auto right = std::lower_bound(knots.begin(), knots.end(), 0.0,
+                                      [](const Knot& k, double zero) { return k.slope < zero; });
+  const auto left_count = static_cast<std::size_t>(right - knots.begin());
+  if (right == knots.begin()) return {knots.front().at, 0};
+  const Knot& a = *(right - 1);
+  if (right == knots.end()) return {a.at, left_count};
+  const Knot& b = *right;
+  return {a.at + (b.at - a.at) * (-a.slope / (b.slope - a.slope)), left_count};
+}
+
+/// The values x(0) = y(0), .., x(U) = y(U) with |x(k + 1) - x(k)| <= limit that minimise
+/// sum (x(k) - y(k))^2. Needs |y(U) - y(0)| <= limit U.
+///
+/// f_k(x), the least sum over 0 .. k with x(k) = x, is convex and piecewise quadratic:
+/// f_k(x) = (x - y(k))^2 + min over |w - x| <= limit of f_(k-1)(w). That minimum spreads f_(k-1) by
+/// `limit` to both sides of its least point m_(k-1), so only derivatives' knots need keeping; going
+/// back, x(k - 1) is m_(k-1) clamped to [x(k) - limit, x(k) + limit].
+Eigen::VectorXd project_to_limited_slope(const Eigen::VectorXd& y, double limit) {
+  const Index last = y.size() - 1;
+  Eigen::VectorXd x(y.size());
+  if (last <= 0) return y;
+  std::vector<Knot> knots = {{y(0), 0.0}};  // f_0: finite at y(0) alone
+  Eigen::VectorXd least(y.size());
+  for (Index k = 0; k < last; ++k) {
+    const Minimum minimum = find_minimum(knots);
+    least(k) = minimum.at;
+    for (std::size_t m = 0; m < knots.size(); ++m) {
+      knots[m].at += m < minimum.left_count ? -limit : limit;
+    }
+    const auto middle = knots.begin() + static_cast<std::ptrdiff_t>(minimum.left_count);
+    knots.insert(middle, {{minimum.at - limit, 0.0}, {minimum.at + limit, 0.0}});
+    for (Knot& knot : knots) knot.slope += 2.0 * (knot.at - y(k + 1));
+  }
+  x(last) = y(last);
+  for (Index k = last - 1; k >= 0; --k) {
+    x(k) = std::clamp(least(k), x(k + 1) - limit, x(k + 1) + limit);
+  }
+  return x;
+}
+
+/// Smooths the differences of `values` by a raised cosine of `half_width` samples, mirrored at the
+/// ends: a mean of differences with the same sum, so both ends and every bound on them stay.
+Eigen::VectorXd smooth_slope(const Eigen::VectorXd& values, double half_width) {
+  const Index count = values.size() - 1;
+  const auto reach = static_cast<Index>(std::ceil(half_width)) - 1;
+  if (count < 2 || reach < 1) return values;
+  Eigen::VectorXd weights(reach + 1);
+  for (Index m = 0; m <= reach; ++m) {
+    weights(m) = 1.0 + std::cos(std::numbers::pi * static_cast<double>(m) / half_width);
+  }
+  weights /= weights(0) + 2.0 * weights.tail(reach).sum();
+  const auto slope = [&](Index k) {
+    const Index period = 2 * count;
+    const Index inside = ((k % period) + period) % period;
+    const Index mirrored = inside < count ? inside : period - 1 - inside;
+    return values(mirrored + 1) - values(mirrored);
+  };
+  Eigen::VectorXd smooth(values.size());
+  smooth(0) = values(0);
+  for (Index k = 0; k < count; ++k) {
+    double sum = weights(0) * slope(k);
+    for (Index m = 1; m <= reach; ++m) sum += weights(m) * (slope(k - m) + slope(k + m));
+    smooth(k + 1) = smooth(k) + sum;
+  }
+  smooth(count) = values(count);
+  return smooth;
+}
+
+void require_alpha(double alpha) {
+  if (!(alpha >= -0.25 && alpha <= 1.25)) {
+    throw Error(ErrorKind::kUsage,
+                "blend: alpha = " + number(alpha) + " (must lie in [-0.25, 1.25])");
+  }
+}
+
+double mix(double a, double b, double alpha) {
+  return (1.0 - alpha) * a + alpha * b;
+}
+
+}  // namespace
+
+bool blendable(int frames_i, int frames_j) {
+  if (frames_i < 1 || frames_j < 1) return false;
+  const double a = frames_i - 1;
+  const double b = frames_j - 1;
+  return a <= kMaxWarpSlope * b && b <= kMaxWarpSlope * a;
+}
+
+TimeWarp::TimeWarp(Eigen::VectorXd p, Eigen::VectorXd q) : p_(std::move(p)), q_(std::move(q)) {
+  const auto refuse = [](Index knot, const std::string& rule) {
+    throw Error(ErrorKind::kData, "time warp: knot " + std::to_string(knot) + " " + rule);
+  };
+  if (p_.size() != q_.size() || p_.size() < 1) {
+    throw Error(ErrorKind::kData, "time warp: " + std::to_string(p_.size()) + " times p and " +
+                                      std::to_string(q_.size()) +
+                                      " times q (must be as many, at least one)");
+  }
+  if (p_(0) != 0.0 || q_(0) != 0.0) refuse(0, "is not (0, 0)");
+  const Index last = p_.size() - 1;
+  for (Index n = 1; n <= last; ++n) {
+    const double dp = p_(n) - p_(n - 1);
+    const double dq = q_(n) - q_(n - 1);
+    // Knots carry round-off of about 1e-16 of the time itself.
+    const double slack = 1e-12 * (1.0 + p_(n) + q_(n));
+    if (!(dp > 0.0 && dq > 0.0)) refuse(n, "does not lie after the one before");
+    if (!(dq <= kMaxWarpSlope * dp + slack && dp <= kMaxWarpSlope * dq + slack)) {
+      refuse(n, "is reached with slope " + number(dq / dp) + " (must lie in [1/4, 4])");
+    }
+  }
+  const bool finite = p_.allFinite() && q_.allFinite();
+  if (!finite || p_(last) != std::round(p_(last)) || q_(last) != std::round(q_(last))) {
+    refuse(last, "does not lie at whole frames");
+  }
+}
+
+int TimeWarp::frames_i() const noexcept {
+  return static_cast<int>(p_(p_.size() - 1)) + 1;
+}
+
+int TimeWarp::frames_j() const noexcept {
+  return static_cast<int>(q_(q_.size() - 1)) + 1;
+}
+
+int TimeWarp::frame_count(double alpha) const {
+  require_alpha(alpha);
+  if (frames_i() == 1 && frames_j() == 1) return 1;
+  // A length that is k + 1/2 but for round-off is rounded up from both orders of the pair.
+  const double mean = mix(frames_i(), frames_j(), alpha);
+  return std::max(2, static_cast<int>(std::floor(mean + 0.5 + 1e-9)));
+}
+
+WarpPoint TimeWarp::solve(double alpha, double tau) const {
+  require_alpha(alpha);
+  if (std::isnan(tau)) {
+    throw Error(ErrorKind::kUsage, "time warp: tau is not a number");
+  }
+  // The first knot at or after tau.
+  Index low = 0;
+  Index high = p_.size() - 1;
+  if (tau <= 0.0) return {0.0, 0.0};
+  if (tau >= mix(p_(high), q_(high), alpha)) return {p_(high), q_(high)};
+  while (high - low > 1) {
+    const Index middle = (low + high) / 2;
+    (mix(p_(middle), q_(middle), alpha) < tau ? low : high) = middle;
+  }
+  const double from = mix(p_(low), q_(low), alpha);
+  const double to = mix(p_(high), q_(high), alpha);
+  const double s = (tau - from) / (to - from);
+  return {p_(low) + s * (p_(high) - p_(low)), q_(low) + s * (q_(high) - q_(low))};
+}
+
+std::vector<WarpPoint> TimeWarp::sample(double alpha) const {
+  const int count = frame_count(alpha);
+  const double length = mix(frames_i() - 1, frames_j() - 1, alpha);
+  std::vector<WarpPoint> points(static_cast<std::size_t>(count));
+  for (int k = 1; k < count - 1; ++k) {
+    points[static_cast<std::size_t>(k)] = solve(alpha, length * k / (count - 1));
+  }
+  const Index last = p_.size() - 1;
+  if (count > 1) points.back() = {p_(last), q_(last)};
+  return points;
+}
+
+std::vector<std::string> TimeWarpOptions::problems() const {
+  std::vector<std::string> list;
+  if (!(smoothing_frames >= 0.0 && smoothing_frames <= 1e6)) {
+    list.push_back("TimeWarpOptions::smoothing_frames = " + number(smoothing_frames) +
+                   " (must lie in [0, 1e6])");
+  }
+  return list;
+}
+
+TimeWarp warp_of_path(std::span<const FramePair> path, const TimeWarpOptions& options) {
+  if (const auto problems = options.problems(); !problems.empty()) {
+    throw Error(ErrorKind::kUsage, problems.front());
+  }
+  const Eigen::VectorXd raw = drift_of_path(path);
+  const FramePair end = path.back();
+  if (!blendable(end.p + 1, end.q + 1)) {
+    throw Error(ErrorKind::kData, "time warp: clips of " + std::to_string(end.p + 1) + " and " +
+                                      std::to_string(end.q + 1) +
+                                      " frames (one may be at most four times as long)");
+  }
+  // u = p + q advances by 2 a frame.
+  const Eigen::VectorXd v =
+      smooth_slope(project_to_limited_slope(raw, kMaxDrift), 2.0 * options.smoothing_frames);
+  const Eigen::VectorXd u =
+      Eigen::VectorXd::LinSpaced(v.size(), 0.0, static_cast<double>(v.size() - 1));
+  return {0.5 * (u - v), 0.5 * (u + v)};
+}
+
+}  // namespace laban::align

@@ -1,0 +1,269 @@
+#include "laban/motion/join.h"
+
+#include <cmath>
+
+#include "laban/base/error.h"
+#include "laban/math/rotation.h"
+
+namespace laban::motion {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+using Eigen::Index;
+using Eigen::Vector3d;
+
+/// How much farther than the parts themselves a join may bend before it is smoothed: a smooth
+/// motion's second difference at the cut exceeds the largest on either side by a per cent or so.
+constexpr double kTolerance = 1.25;
+/// How far from the join the parts' own bends count, in half-lives.
+constexpr double kReachHalflives = 2.5;
+/// Offsets below this (radians, leg lengths) have died away.
+constexpr double kNegligible = 1e-9;
+
+/// A critically damped spring about 0, sampled a frame apart:
+/// x(t) = (x0 + (v0 + y x0) t) e^(-y t).
+class Spring {
+ public:
+  /// @param halflife_frames  after which x is half of x0 if it begins at rest.
+  explicit Spring(double halflife_frames) : y_(kHalfway / halflife_frames) {}
+
+  /// Weights of x(0) and x(1) in x(t): the spring through two given samples.
+  struct Weights {
+    double first;
+    double second;
+  };
+  [[nodiscard]] Weights through_samples(double t) const {
+    // x(1) e^y = x0 + slope with slope = v0 + y x0, so x(t) = (x0 + (x(1) e^y - x0) t) e^-yt.
+    const double decay = std::exp(-y_ * t);
+    return {(1.0 - t) * decay, t * std::exp(y_) * decay};
+  }
+  /// Weight of x(0) in x(t) for a start at rest.
+  [[nodiscard]] double from_rest(double t) const { return (1.0 + y_ * t) * std::exp(-y_ * t); }
+
+ private:
+  static constexpr double kHalfway = 1.6783469900166605;  // (1 + x) e^-x = 1/2
+  double y_;                                              // per frame
+};
+
+/// `value`, shortened to `limit` if it is longer.
+Vector3d limited(const Vector3d& value, double limit) {
+  const double length = value.norm();
+  return length <= limit ? value : Vector3d(value * (limit / length));
+}
+
+/// Largest length of the second differences of D rows (D = 1 or 3) over frames [begin, end).
+double largest_bend(const Eigen::Ref<const Eigen::MatrixXd>& rows, Index begin, Index end) {
+  double largest = 0.0;
+  for (Index f = std::max<Index>(begin, 0) + 1; f + 1 < std::min(end, rows.cols()); ++f) {
+    largest = std::max(largest, (rows.col(f + 1) - 2.0 * rows.col(f) + rows.col(f - 1)).norm());
+  }
+  return largest;
+}
+
+/// Largest length of the first differences of D rows over frames [begin, end).
+double largest_change(const Eigen::Ref<const Eigen::MatrixXd>& rows, Index begin, Index end) {
+  double largest = 0.0;
+  for (Index f = std::max<Index>(begin, 0) + 1; f < std::min(end, rows.cols()); ++f) {
+    largest = std::max(largest, (rows.col(f) - rows.col(f - 1)).norm());
+  }
+  return largest;
+}
+
+/// One join: the part before (as it came), the new one, and where in the output it begins.
+struct Seam {
+  const PoseMatrix& before;
+  const PoseMatrix& after;
+  Index begin;  // frame of `out` that shows frame 0 of `after`
+  Index reach;  // frames on either side whose own bends count
+};
+
+/// Offsets of a new part's first two frames that make the join bend no more than `limit`.
+struct Offsets {
+  Vector3d first;
+  Vector3d second;
+};
+
+/// @param last, before_last  the output's two last frames.
+/// @param next, after_next   the part's two first frames as they are.
+Offsets offsets_at(const Vector3d& before_last, const Vector3d& last, const Vector3d& next,
+                   const Vector3d& after_next, double limit) {
+  const Vector3d bend = next - 2.0 * last + before_last;
+  const Vector3d first = limited(bend, limit) - bend;
+  const Vector3d bend_after = after_next - 2.0 * (next + first) + last;
+  return {first, limited(bend_after, limit) - bend_after};
+}
+
+/// The two frames before and after a seam; where a side has one frame only, it moves as the other
+/// side does, and stands if neither can tell.
+struct Neighbours {
+  Vector3d before_last, last, next, after_next;
+};
+
+Neighbours neighbours_of(const Eigen::Ref<const Eigen::MatrixXd>& out,
+                         const Eigen::Ref<const Eigen::MatrixXd>& part, Index begin) {
+  const auto three = [](const auto& column) {
+    Vector3d value = Vector3d::Zero();
+    value.head(column.size()) = column;
+    return value;
+  };
+  Neighbours n;
+  n.last = three(out.col(begin - 1));
+  n.next = three(part.col(0));
+  const bool out_moves = begin >= 2;
+  const bool part_moves = part.cols() >= 2;
+  const Vector3d out_step =
+      out_moves ? Vector3d(n.last - three(out.col(begin - 2))) : Vector3d(Vector3d::Zero());
+  const Vector3d part_step =
+      part_moves ? Vector3d(three(part.col(1)) - n.next) : Vector3d(Vector3d::Zero());
+  n.before_last = n.last - (out_moves ? out_step : part_step);
+  n.after_next = n.next + (part_moves ? part_step : out_step);
+  return n;
+}
+
+double bend_limit(const Seam& seam, const Eigen::Ref<const Eigen::MatrixXd>& before,
+                  const Eigen::Ref<const Eigen::MatrixXd>& after) {
+  return kTolerance * std::max(largest_bend(before, before.cols() - seam.reach, before.cols()),
+                               largest_bend(after, 0, seam.reach));
+}
+
+/// Writes joint rows `row` .. `row` + 2 of the new part into `out`.
+void join_rotation(const Seam& seam, const Spring& spring, Index row, PoseMatrix& out) {
+  const auto part = seam.after.angles.middleRows<3>(row);
+  auto result = out.angles.middleRows<3>(row);
+  const Index count = part.cols();
+  Neighbours n = neighbours_of(result, part, seam.begin);
+  const Vector3d step = n.after_next - n.next;
+  n.next = math::nearest_branch(n.next, n.last);
+  n.after_next = count >= 2 ? math::nearest_branch(part.col(1), n.next) : Vector3d(n.next + step);
+  const double limit =
+      bend_limit(seam, seam.before.angles.middleRows<3>(row), seam.after.angles.middleRows<3>(row));
+  const Offsets offsets = offsets_at(n.before_last, n.last, n.next, n.after_next, limit);
+  // As rotations the offsets are free of branches: a jump never decays the long way round.
+  const auto turn = [](const Vector3d& from, const Vector3d& by) {
+    if (by.isZero(0.0)) return Vector3d(Vector3d::Zero());
+    return math::log(math::exp(from + by) * math::exp(from).conjugate());
+  };
+  const Vector3d first = turn(n.next, offsets.first);
+  const Vector3d second = turn(n.after_next, offsets.second);
+  Vector3d previous = n.last;
+  bool decayed = first.isZero(0.0) && second.isZero(0.0);
+  for (Index f = 0; f < count; ++f) {
+    Vector3d r = part.col(f);
+    if (!decayed) {
+      const auto [a, b] = spring.through_samples(static_cast<double>(f));
+      const Vector3d offset = a * first + b * second;
+      decayed = f >= 2 && offset.norm() < kNegligible;
+      if (!offset.isZero(0.0)) r = math::log(math::exp(offset) * math::exp(r));
+    }
+    previous = math::nearest_branch(r, previous);
+    result.col(seam.begin + f) = previous;
+  }
+}
+
+void join_height(const Seam& seam, const Spring& spring, PoseMatrix& out) {
+  const Neighbours n = neighbours_of(out.height, seam.after.height, seam.begin);
+  const Offsets offsets = offsets_at(n.before_last, n.last, n.next, n.after_next,
+                                     bend_limit(seam, seam.before.height, seam.after.height));
+  for (Index f = 0; f < seam.after.height.size(); ++f) {
+    const auto [a, b] = spring.through_samples(static_cast<double>(f));
+    out.height(seam.begin + f) =
+        seam.after.height(f) + a * offsets.first.x() + b * offsets.second.x();
+  }
+}
+
+/// Steps [row, row + rows) of the new part: they are velocities, so one derivative less counts.
+void join_steps(const Seam& seam, const Spring& spring, Index row, Index rows, PoseMatrix& out) {
+  // Column 0 of a part's steps is no step of its own.
+  const auto own = [&](const PoseMatrix& part) {
+    return part.steps.block(row, 1, rows, part.steps.cols() - 1);
+  };
+  const auto before = own(seam.before);
+  const auto after = own(seam.after);
+  auto result = out.steps.middleRows(row, rows);
+  const bool out_moves = seam.begin >= 2;
+  if (after.cols() == 0) {  // one frame: goes on as before
+    result.col(seam.begin).setZero();
+    if (out_moves) result.col(seam.begin) = result.col(seam.begin - 1);
+    return;
+  }
+  if (!out_moves) {
+    result.col(seam.begin) = after.col(0);
+    result.middleCols(seam.begin + 1, after.cols()) = after;
+    return;
+  }
+  Vector3d half_jump = Vector3d::Zero();  // half before the step over the join, half after it
+  half_jump.head(rows) = 0.5 * (after.col(0) - result.col(seam.begin - 1));
+  const double limit =
+      kTolerance * std::max(largest_change(before, before.cols() - seam.reach, before.cols()),
+                            largest_change(after, 0, seam.reach));
+  const Vector3d allowed = limited(half_jump, limit);
+  const Eigen::VectorXd offset = 2.0 * (allowed - half_jump).head(rows);
+  result.col(seam.begin) = result.col(seam.begin - 1) + allowed.head(rows);
+  for (Index f = 0; f < after.cols(); ++f) {
+    result.col(seam.begin + 1 + f) =
+        after.col(f) + spring.from_rest(static_cast<double>(f)) * offset;
+  }
+}
+
+void require_fitting(std::span<const PoseMatrix> parts) {
+  if (parts.empty()) throw Error(ErrorKind::kUsage, "concatenate: no part (must be at least one)");
+  for (std::size_t n = 0; n < parts.size(); ++n) {
+    const PoseMatrix& part = parts[n];
+    const std::string name = "concatenate: part " + std::to_string(n);
+    if (part.frame_count() < 1 || part.angles.rows() != kAngleRowCount ||
+        part.height.size() != part.angles.cols() || part.steps.cols() != part.angles.cols()) {
+      throw Error(ErrorKind::kData, name + " has " + std::to_string(part.angles.rows()) + " x " +
+                                        std::to_string(part.angles.cols()) + " angles, " +
+                                        std::to_string(part.height.size()) + " heights and " +
+                                        std::to_string(part.steps.cols()) +
+                                        " steps (must be 63 rows and as many of each, at least 1)");
+    }
+    if (part.frame_rate_hz != parts[0].frame_rate_hz) {
+      throw Error(ErrorKind::kData,
+                  name + " has " + std::to_string(part.frame_rate_hz) + " Hz, part 0 has " +
+                      std::to_string(parts[0].frame_rate_hz) + " Hz (resample one first)");
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> JoinOptions::problems() const {
+  std::vector<std::string> list;
+  if (!(halflife_s > 0.0 && std::isfinite(halflife_s))) {
+    list.push_back("JoinOptions::halflife_s = " + std::to_string(halflife_s) +
+                   " (must be a finite number > 0)");
+  }
+  return list;
+}
+
+PoseMatrix concatenate(std::span<const PoseMatrix> parts, const JoinOptions& options) {
+  if (const auto problems = options.problems(); !problems.empty()) {
+    throw Error(ErrorKind::kUsage, problems.front());
+  }
+  require_fitting(parts);
+  PoseMatrix out = parts[0];
+  Index count = 0;
+  for (const PoseMatrix& part : parts) count += part.frame_count();
+  out.angles.conservativeResize(Eigen::NoChange, count);
+  out.height.conservativeResize(count);
+  out.steps.conservativeResize(Eigen::NoChange, count);
+  const double halflife_frames = options.halflife_s * out.frame_rate_hz;
+  const Spring spring(halflife_frames);
+  Index begin = parts[0].frame_count();
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    // At least the five frames that have three second differences.
+    const Seam seam{parts[n - 1], parts[n], begin,
+                    std::max<Index>(5, std::lround(kReachHalflives * halflife_frames))};
+    for (Index row = 0; row < kAngleRowCount; row += 3) join_rotation(seam, spring, row, out);
+    join_height(seam, spring, out);
+    join_steps(seam, spring, 0, 2, out);
+    join_steps(seam, spring, 2, 1, out);
+    begin += parts[n].frame_count();
+  }
+  if (parts.size() > 1 && count > 1) out.steps.col(0) = out.steps.col(1);
+  return out;
+}
+
+}  // namespace laban::motion
