@@ -16,9 +16,9 @@ inline constexpr int kMaxBvhDepth = 10'000;
 
 struct BvhReadOptions {
   /// Metres per unit of the file, > 0; nullopt: guessed (see read_bvh).
-  std::optional<double> unit_m;
+  std::optional<double> unit_m = {};
   /// Overrides the file's Frame Time, > 0, Hz.
-  std::optional<double> frame_rate_hz;
+  std::optional<double> frame_rate_hz = {};
 
   /// Broken rules, each like "BvhReadOptions::unit_m = 0 (must be > 0)"; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
@@ -71,7 +71,7 @@ struct BvhWriteOptions {
   /// Digits after the point, 0 to 15, for angles (degrees) and positions (units) alike. nullopt: 6
   /// for angles and as many for positions as resolve 1e-8 m, so that BVH -> Clip -> BVH -> Clip
   /// keeps rotations within 1e-5 degrees and joint positions within 1e-6 m.
-  std::optional<int> decimals;
+  std::optional<int> decimals = {};
 
   /// Broken rules, as BvhReadOptions::problems.
   [[nodiscard]] std::vector<std::string> problems() const;

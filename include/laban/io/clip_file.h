@@ -12,11 +12,11 @@ namespace laban::io {
 
 struct ReadOptions {
   /// Metres per unit of the file, > 0; nullopt: the file's own, else guessed.
-  std::optional<double> unit_m;
+  std::optional<double> unit_m = {};
   /// Overrides the file's frame rate, > 0, Hz.
-  std::optional<double> frame_rate_hz;
+  std::optional<double> frame_rate_hz = {};
   /// "bvh"; nullopt: by content, else by the name's ending.
-  std::optional<std::string> input_format;
+  std::optional<std::string> input_format = {};
 };
 
 struct ClipFile {
@@ -46,7 +46,7 @@ struct WriteOptions {
   /// Metres per unit, where the format leaves it open (BVH).
   double unit_m = 0.01;
   /// "bvh" or "glb"; nullopt: by the path's ending.
-  std::optional<std::string> format;
+  std::optional<std::string> format = {};
   /// Overwrite an existing file.
   bool force = false;
   /// Add a mesh of the bones, where the format can hold one (GLB).
