@@ -97,6 +97,7 @@ Eigen::VectorXd project_to_limited_slope(const Eigen::VectorXd& y, double limit)
   for (Index k = last - 1; k >= 0; --k) {
     x(k) = std::clamp(least(k), x(k + 1) - limit, x(k + 1) + limit);
   }
+  x(0) = y(0);  // but for round-off it is
   return x;
 }
 
