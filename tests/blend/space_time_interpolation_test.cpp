@@ -238,6 +238,38 @@ TEST(SpaceTimeInterpolation, ABranchIsChosenOnceAClipAndNotAFrame) {
   }
 }
 
+// Which of the two clips moves matters where their axes differ: it must not depend on their order.
+TEST(SpaceTimeInterpolation, TheChosenBranchDoesNotDependOnTheOrder) {
+  const PoseMatrix i = turning_joint(40, 3.0, 2.8);
+  PoseMatrix j = turning_joint(40, -2.9, -2.6);
+  j.angles.row(31).array() += 0.6;
+  const BlendPair forward(i, j, straight_warp(40, 40));
+  const BlendPair backward(j, i, straight_warp(40, 40));
+  EXPECT_NE(forward.sources()[0].rows.topRows(63) == i.angles,
+            forward.sources()[1].rows.topRows(63) == j.angles);
+  for (const double alpha : {-0.25, 0.3, 0.5, 1.25}) {
+    expect_same(blend(forward, alpha).pose, blend(backward, 1.0 - alpha).pose, 1e-10);
+  }
+}
+
+// Both clips spend most of their time half a turn from 0, on opposite sides, and then run past 0, a
+// little beside it: on another branch either would whirl round there.
+TEST(SpaceTimeInterpolation, ABranchOnWhichAJointWouldWhirlIsNotTaken) {
+  const auto past_zero = [](double from) {
+    PoseMatrix pose = steady_walk(100, Eigen::Vector3d::Zero());
+    for (int f = 0; f < 100; ++f) {
+      const double s = f < 60 ? 1.0 : 1.0 - (f - 60) / 30.0;  // 1 .. 1, down to -0.3
+      pose.angles.block<3, 1>(30, f) = Eigen::Vector3d(from * s, 0.02, 0.0);
+    }
+    return pose;
+  };
+  const PoseMatrix i = past_zero(3.0);
+  const PoseMatrix j = past_zero(-3.1);
+  const BlendPair pair(i, j, straight_warp(100, 100));
+  EXPECT_EQ(pair.sources()[0].rows.topRows(63), i.angles);
+  EXPECT_EQ(pair.sources()[1].rows.topRows(63), j.angles);
+}
+
 TEST(SpaceTimeInterpolation, SaysWhatIsWrong) {
   using testing::HasSubstr;
   const auto message_of = [](const auto& call) -> std::string {
