@@ -37,22 +37,17 @@ Minimum golden_section(const std::function<double(double)>& f, double low, doubl
   return best;
 }
 
-Minimum grid_then_golden_section(const std::function<double(double)>& f, double low, double high,
-                                 int samples, double tolerance) {
-  if (samples < 2 || !(low < high)) {
+Minimum refine_best_sample(const std::function<double(double)>& f, std::span<const double> x,
+                           std::span<const double> values, double tolerance) {
+  if (x.empty() || x.size() != values.size()) {
     throw base::Error(base::ErrorKind::kUsage,
-                      "grid_then_golden_section: needs samples >= 2 and low < high");
+                      "refine_best_sample: needs a value for each of at least one x");
   }
-  const double spacing = (high - low) / (samples - 1);
-  Minimum best{low, f(low)};
-  for (int i = 1; i < samples; ++i) {
-    const double x = i == samples - 1 ? high : low + i * spacing;
-    const double value = f(x);
-    if (value < best.value) best = {x, value};
-  }
-  const Minimum refined = golden_section(f, std::max(low, best.x - spacing),
-                                         std::min(high, best.x + spacing), tolerance);
-  return refined.value < best.value ? refined : best;
+  const auto best =
+      static_cast<std::size_t>(std::min_element(values.begin(), values.end()) - values.begin());
+  const Minimum refined = golden_section(f, x[best == 0 ? 0 : best - 1],
+                                         x[std::min(best + 1, x.size() - 1)], tolerance);
+  return refined.value < values[best] ? refined : Minimum{x[best], values[best]};
 }
 
 }  // namespace laban::math

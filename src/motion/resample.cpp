@@ -1,19 +1,36 @@
 #include "laban/motion/resample.h"
 
+#include <cmath>
+
 #include "laban/base/error.h"
+#include "laban/math/cubic_interpolation.h"
 
 #include "clip_sample.h"
 
 namespace laban::motion {
 
-Clip resample(const Clip& clip, double frame_rate_hz) {
-  if (!(frame_rate_hz > 0.0) || !std::isfinite(frame_rate_hz)) {
+namespace {
+
+/// Frames of a sequence at another rate, and the source frames that each of them spans.
+struct FrameGrid {
+  double step = 1.0;
+  int frame_count = 0;
+};
+
+FrameGrid frame_grid(int frame_count, double from_hz, double to_hz) {
+  if (!(to_hz > 0.0) || !std::isfinite(to_hz)) {
     throw base::Error(base::ErrorKind::kUsage, "resample: the frame rate is " +
-                                                   std::to_string(frame_rate_hz) +
+                                                   std::to_string(to_hz) +
                                                    ", it must be positive and finite");
   }
-  const double step = clip.frame_rate_hz() / frame_rate_hz;  // source frames a new frame
-  const int frames = static_cast<int>(std::floor((clip.frame_count() - 1) / step + 1e-6)) + 1;
+  const double step = from_hz / to_hz;
+  return {step, static_cast<int>(std::floor((frame_count - 1) / step + 1e-6)) + 1};
+}
+
+}  // namespace
+
+Clip resample(const Clip& clip, double frame_rate_hz) {
+  const auto [step, frames] = frame_grid(clip.frame_count(), clip.frame_rate_hz(), frame_rate_hz);
   const int joints = clip.joint_count();
   Eigen::Matrix3Xd root(3, frames);
   Eigen::Matrix3Xd translations;
@@ -34,6 +51,17 @@ Clip resample(const Clip& clip, double frame_rate_hz) {
   }
   return {clip.shared_skeleton(), frame_rate_hz, std::move(root), std::move(rotations),
           std::move(translations)};
+}
+
+PoseMatrix resample(const PoseMatrix& pose, double frame_rate_hz) {
+  if (frame_rate_hz == pose.frame_rate_hz) return pose;
+  const FrameGrid grid = frame_grid(pose.frame_count(), pose.frame_rate_hz, frame_rate_hz);
+  std::vector<double> frames;
+  for (int f = 0; f < grid.frame_count; ++f) frames.push_back(f * grid.step);
+  PoseMatrix sampled{frame_rate_hz, pose.leg_length_m, math::interpolate(pose.angles, frames),
+                     math::interpolate(pose.height, frames),
+                     planar_steps(math::interpolate(planar_path(pose), frames))};
+  return sampled;
 }
 
 }  // namespace laban::motion

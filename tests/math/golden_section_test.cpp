@@ -24,20 +24,26 @@ TEST(GoldenSection, EvaluatesLittle) {
   EXPECT_LE(calls, 2 + 16);  // 2 / 1e-3 = 0.618^-15.8
 }
 
-TEST(GridThenGoldenSection, IsNeverWorseThanTheBestSample) {
+TEST(RefineBestSample, IsNeverWorseThanTheBestSample) {
   const auto f = [](double x) { return std::sin(40.0 * x) + 0.1 * x; };
-  const auto found = grid_then_golden_section(f, -0.25, 1.25, 31, 1e-4);
-  for (int i = 0; i < 31; ++i) EXPECT_LE(found.value, f(-0.25 + 0.05 * i));
+  std::vector<double> x;
+  std::vector<double> values;
+  for (int i = 0; i < 31; ++i) {
+    x.push_back(-0.25 + 0.05 * i);
+    values.push_back(f(x.back()));
+  }
+  const auto found = refine_best_sample(f, x, values, 1e-4);
+  for (const double value : values) EXPECT_LE(found.value, value);
 }
 
-TEST(GridThenGoldenSection, StaysInTheRange) {
-  const auto found = grid_then_golden_section([](double x) { return -x; }, -0.25, 1.25, 7, 1e-4);
-  EXPECT_EQ(found.x, 1.25);
+TEST(RefineBestSample, StaysInTheRange) {
+  const std::vector<double> x = {-0.25, 0.5, 1.25};
+  const std::vector<double> values = {0.25, -0.5, -1.25};
+  EXPECT_EQ(refine_best_sample([](double at) { return -at; }, x, values, 1e-4).x, 1.25);
 }
 
-TEST(GridThenGoldenSection, RefusesAnEmptyRange) {
-  EXPECT_THROW((void)grid_then_golden_section([](double x) { return x; }, 1.0, 1.0, 7, 1e-4),
-               base::Error);
+TEST(RefineBestSample, RefusesNoSamples) {
+  EXPECT_THROW((void)refine_best_sample([](double at) { return at; }, {}, {}, 1e-4), base::Error);
 }
 
 TEST(ParallelFor, CallsEachIndexOnceWhateverTheThreads) {

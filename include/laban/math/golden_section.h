@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 namespace laban::math {
 
@@ -18,12 +19,15 @@ struct Minimum {
 [[nodiscard]] Minimum golden_section(const std::function<double(double)>& f, double low,
                                      double high, double tolerance);
 
-/// A grid of `samples` uniform points in [low, high], then golden-section search between the
-/// neighbours of the best one (clipped to the range), never returning worse than the best sample
-/// (METHODS 1.6). Ties go to the lower x.
+/// Golden-section search around the best of some samples of `f`: between the neighbours of the
+/// sample with the least value (clipped to the range), never returning worse than that sample
+/// (METHODS 1.6). Ties go to the first sample.
 ///
-/// @throws Error{kUsage} unless samples >= 2 and low < high.
-[[nodiscard]] Minimum grid_then_golden_section(const std::function<double(double)>& f, double low,
-                                               double high, int samples, double tolerance);
+/// @param x       ascending, at least one.
+/// @param values  f at each x.
+/// @throws Error{kUsage} unless sizes agree, x is not empty and tolerance > 0.
+[[nodiscard]] Minimum refine_best_sample(const std::function<double(double)>& f,
+                                         std::span<const double> x, std::span<const double> values,
+                                         double tolerance);
 
 }  // namespace laban::math

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "laban/motion/clip.h"
+#include "laban/motion/pose_matrix.h"
 
 namespace laban::motion {
 
@@ -12,5 +13,10 @@ namespace laban::motion {
 ///
 /// @throws Error{kUsage} unless frame_rate_hz is positive and finite.
 [[nodiscard]] Clip resample(const Clip& clip, double frame_rate_hz);
+
+/// A pose matrix at another frame rate, by the one interpolator of the library
+/// (math/cubic_interpolation.h) on angles, height and root path; frames as for a clip.
+/// @throws Error{kUsage} unless frame_rate_hz is positive and finite.
+[[nodiscard]] PoseMatrix resample(const PoseMatrix& pose, double frame_rate_hz);
 
 }  // namespace laban::motion

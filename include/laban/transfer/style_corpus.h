@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "laban/blend/space_time_interpolation.h"
+#include "laban/effort/effort.h"
+#include "laban/effort/style_regressor.h"
+#include "laban/motion/pose_matrix.h"
+
+namespace laban::transfer {
+
+/// One piece of motion capture that shows one action, and what is known of it.
+struct Fragment {
+  std::string name;       ///< unique in its corpus
+  std::string content;    ///< what is done: "walk"; fragments of one name may be blended
+  std::string performer;  ///< who does it
+  motion::PoseMatrix pose;
+  std::optional<effort::Effort> effort;  ///< its label, if it has one
+};
+
+/// A space-time interpolation of two fragments, and its label, if it has one.
+struct CorpusBlend {
+  std::string name;
+  int fragment_i = 0;
+  int fragment_j = 0;
+  double alpha = 0.0;  ///< in [-0.25, 1.25]; 0 is fragment i
+  std::optional<effort::Effort> effort;
+};
+
+/// The examples that style transfer works by: fragments, and blends of them that were labelled.
+///
+/// All fragments have one frame rate.
+struct StyleCorpus {
+  std::vector<Fragment> fragments;
+  std::vector<CorpusBlend> blends;
+
+  /// @throws Error{kData} naming the first fragment or blend that breaks a rule: no fragments,
+  ///         different frame rates, parents out of range or of different content, alpha out of
+  ///         range.
+  void check() const;
+};
+
+/// Names as numbers 0, 1, .. in order of first appearance.
+struct Numbering {
+  std::vector<int> numbers;        ///< one an item
+  std::vector<std::string> names;  ///< of number 0, 1, ..
+};
+
+/// Content groups of the fragments.
+[[nodiscard]] Numbering number_contents(std::span<const Fragment> fragments);
+/// Performers of the fragments; fragments without a name are each their own performer's.
+[[nodiscard]] Numbering number_performers(std::span<const Fragment> fragments);
+/// The pose matrices of the fragments.
+[[nodiscard]] std::vector<motion::PoseMatrix> poses_of(std::span<const Fragment> fragments);
+
+/// Aligns two clips of one content for blending: DTW of the joint angles, each relative to its own
+/// clip's mean pose (ours: a stoop would outweigh a wave, DESIGN 5), and the time warp of its path.
+/// It depends on the two clips alone, so a blend is the same whatever database it stands in.
+/// @throws Error{kData} if their lengths are not align::blendable or rates differ.
+[[nodiscard]] blend::BlendPair align_pair(const motion::PoseMatrix& clip_i,
+                                          const motion::PoseMatrix& clip_j);
+
+/// The blend of two fragments of the corpus, made into motion.
+[[nodiscard]] blend::Blend make_blend(std::span<const Fragment> fragments,
+                                      const CorpusBlend& blend);
+
+struct DrawBlendsOptions {
+  int count = 105;  ///< blends to draw [Torresani06, 6]
+  std::uint64_t seed = 1;
+};
+
+/// Draws blends to be labelled: random pairs of fragments with one content whose lengths are
+/// blendable, no pair twice until all have been drawn, in random order, at uniform random alpha in
+/// [-0.25, 1.25] (METHODS 1.4). Their names are blend_001, blend_002, ..
+/// @throws Error{kUsage} if count < 0; Error{kData} if there is no such pair.
+[[nodiscard]] std::vector<CorpusBlend> draw_blends(std::span<const Fragment> fragments,
+                                                   const DrawBlendsOptions& options = {});
+
+/// Content coordinates of a corpus's fragments: what the regressors know of what is done.
+/// The angles of all fragments are put on the branches of their common mean pose first.
+[[nodiscard]] std::vector<Eigen::VectorXd> content_coordinates(std::span<const Fragment> fragments,
+                                                               const effort::ContentMap& map);
+/// The content map of a corpus: PCA of its stretched fragments (METHODS 1.3).
+[[nodiscard]] effort::ContentMap fit_corpus_content_map(
+    std::span<const Fragment> fragments, const effort::ContentMapOptions& options = {});
+
+/// The rows that regressors learn from: one a labelled blend.
+/// @param coordinates  of each fragment, from content_coordinates.
+/// @throws Error{kData} naming a blend or a parent of one that has no label.
+[[nodiscard]] effort::StyleSamples style_samples(const StyleCorpus& corpus,
+                                                 std::span<const Eigen::VectorXd> coordinates);
+
+}  // namespace laban::transfer

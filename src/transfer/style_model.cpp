@@ -1,0 +1,91 @@
+#include "laban/transfer/style_model.h"
+
+#include <algorithm>
+
+#include "laban/base/error.h"
+#include "laban/math/parallel.h"
+
+namespace laban::transfer {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+
+effort::ObserverReference fit_observer(std::span<const Fragment> fragments, int threads) {
+  std::vector<effort::Descriptors> descriptors(fragments.size());
+  math::parallel_for(static_cast<int>(fragments.size()), threads, [&](int i) {
+    const auto cell = static_cast<std::size_t>(i);
+    descriptors[cell] = effort::describe(fragments[cell].pose);
+  });
+  std::vector<std::string> groups;
+  for (const Fragment& fragment : fragments) groups.push_back(fragment.content);
+  return effort::fit_observer_reference(descriptors, groups);
+}
+
+align::ContentMetric fit_metric(std::span<const Fragment> fragments, const TrainOptions& options) {
+  if (options.metric_kind == align::MetricKind::kRaw) return align::ContentMetric::raw();
+  return align::fit_content_metric(poses_of(fragments), number_contents(fragments).numbers,
+                                   number_performers(fragments).numbers, options.metric);
+}
+
+/// Fragments of i's content, nearest first, i itself leading.
+std::vector<int> neighbors_of(int i, const Eigen::MatrixXd& mean_cost,
+                              const std::vector<int>& groups) {
+  std::vector<int> order;
+  for (int j = 0; j < static_cast<int>(groups.size()); ++j) {
+    if (groups[static_cast<std::size_t>(j)] == groups[static_cast<std::size_t>(i)])
+      order.push_back(j);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    if ((a == i) != (b == i)) return a == i;
+    return mean_cost(i, a) < mean_cost(i, b);
+  });
+  return order;
+}
+
+}  // namespace
+
+StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& options) {
+  corpus.check();
+  for (const Fragment& fragment : corpus.fragments) {
+    if (fragment.effort) continue;
+    throw Error(ErrorKind::kData,
+                "fragment '" + fragment.name + "' has no Effort label; label it or leave it out");
+  }
+  const std::vector<Fragment>& fragments = corpus.fragments;
+  Numbering contents = number_contents(fragments);
+  align::FragmentSet database(fit_metric(fragments, options), poses_of(fragments), contents.numbers,
+                              number_performers(fragments).numbers);
+  const Eigen::MatrixXd mean_cost =
+      align::all_pair_costs(database.features(), options.threads).mean_cost;
+  std::vector<std::vector<int>> neighbors;
+  for (int i = 0; i < database.fragment_count(); ++i) {
+    neighbors.push_back(neighbors_of(i, mean_cost, contents.numbers));
+  }
+  effort::ContentMap content_map = fit_corpus_content_map(fragments, options.content_map);
+  std::vector<Eigen::VectorXd> coordinates = content_coordinates(fragments, content_map);
+  const effort::StyleSamples samples = style_samples(corpus, coordinates);
+  effort::StyleRegressor regressor =
+      options.regressor ? effort::fit_style_regressor(samples, *options.regressor, options.learning)
+                        : effort::fit_default_regressor(samples, options.learning);
+  return {fragments,
+          contents,
+          std::move(database),
+          std::move(neighbors),
+          align::group_cost_statistics(mean_cost, contents.numbers),
+          std::move(content_map),
+          std::move(coordinates),
+          std::move(regressor),
+          fit_observer(fragments, options.threads),
+          options.record_json};
+}
+
+std::vector<int> cluster_contents(std::span<const Fragment> fragments, int group_count,
+                                  int threads) {
+  std::vector<Eigen::MatrixXd> angles;
+  for (const Fragment& fragment : fragments) angles.push_back(fragment.pose.angles);
+  return align::content_groups(align::all_pair_costs(angles, threads).mean_cost,
+                               {.group_count = group_count, .threshold = std::nullopt});
+}
+
+}  // namespace laban::transfer

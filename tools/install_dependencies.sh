@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Installs what the build, the tools and the tests need on Debian 12; does nothing when it is there.
+#
+#   tools/install_dependencies.sh          # build and run
+#   tools/install_dependencies.sh --test   # also what tools/test.sh needs
+#   tools/install_dependencies.sh --all    # also what tools/test.sh --all needs
+set -euo pipefail
+
+packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libdlib-dev libsvm-dev libssl-dev
+          libcairo2-dev nlohmann-json3-dev libcli11-dev libfmt-dev fonts-dejavu-core)
+[[ "${1:-}" == --test || "${1:-}" == --all ]] && packages+=(libgtest-dev libgmock-dev python3 libxml2-utils)
+[[ "${1:-}" == --all ]] && packages+=(clang clang-format clang-tidy libclang-rt-14-dev libbenchmark-dev)
+if [[ "${1:-}" == --all ]] && ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
+
+missing=()
+for package in "${packages[@]}"; do
+  [[ "$(dpkg-query -W -f '${Status}' "$package" 2>/dev/null)" == "install ok installed" ]] || missing+=("$package")
+done
+((${#missing[@]})) || exit 0
+
+if ! command -v apt-get >/dev/null; then
+  echo "These Debian packages are missing and there is no apt-get to install them: ${missing[*]}" >&2
+  exit 1
+fi
+as_root=()
+((EUID == 0)) || as_root=(sudo)
+echo "Installing ${missing[*]}" >&2
+"${as_root[@]}" apt-get update -qq
+DEBIAN_FRONTEND=noninteractive "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

@@ -1,0 +1,167 @@
+#include <fmt/core.h>
+
+#include "laban/base/error.h"
+#include "laban/draw/contact_sheet.h"
+#include "laban/motion/resample.h"
+#include "laban/motion/retarget.h"
+
+#include "files.h"
+#include "report.h"
+#include "verb.h"
+
+namespace laban::cli {
+namespace {
+
+struct ApplyVerb {
+  Common common;
+  ReadClipOptions reading;
+  std::string input;
+  std::string output;
+  std::string format;
+  std::string model;
+  std::string report;
+  std::string picture;
+  transfer::EffortTarget target;
+  transfer::ApplyOptions options;
+};
+
+/// The styled clip on the input's rig, at the input's rate.
+motion::Clip retarget(const CapturedClip& input, const transfer::AppliedStyle& applied) {
+  const double rate_hz = input.capture.clip.frame_rate_hz();
+  const motion::PoseMatrix pose = motion::resample(applied.pose, rate_hz);
+  // The source frames count at the model's rate; what is asked for counts at the input's.
+  const double per_frame = rate_hz / applied.pose.frame_rate_hz;
+  std::vector<double> frames;
+  for (int k = 0; k < pose.frame_count(); ++k) {
+    const double at =
+        std::min(k / per_frame, static_cast<double>(applied.source_frames.size() - 1));
+    const auto before = static_cast<std::size_t>(at);
+    const auto after = std::min(before + 1, applied.source_frames.size() - 1);
+    const double share = at - static_cast<double>(before);
+    frames.push_back(
+        ((1.0 - share) * applied.source_frames[before] + share * applied.source_frames[after]) *
+        per_frame);
+  }
+  return motion::from_pose_matrix(pose, input.capture.humanoid, input.capture.clip,
+                                  {frames, std::nullopt});
+}
+
+Json report_json(const ApplyVerb& verb, const transfer::StyleModel& model,
+                 const transfer::AppliedStyle& applied, const std::vector<InputRecord>& inputs) {
+  Json json = {
+      {"schema", "laban.apply/1"}, {"asked", to_json(verb.target)}, {"snippets", Json::array()}};
+  for (const auto& snippet : applied.snippets) json["snippets"].push_back(to_json(snippet, model));
+  json["frame_rate_hz"] = model.frame_rate_hz();
+  json["regressor"] = effort::name_of(model.regressor.kind());
+  json["run"] = run_record("apply",
+                           {{"neighbours", verb.options.search.neighbors},
+                            {"samples", verb.options.search.samples},
+                            {"strict", verb.options.strict},
+                            {"join_halflife_s", verb.options.join.halflife_s}},
+                           inputs);
+  return json;
+}
+
+void print(const ApplyVerb& verb, const transfer::StyleModel& model,
+           const transfer::AppliedStyle& applied) {
+  fmt::print("asked: {}\n", to_text(verb.target));
+  fmt::print("{:>5} {:>5}  {:<10} {:<44} {:>6}  {:<19} {:<19} {}\n", "begin", "end", "content",
+             "blend", "alpha", "predicted (F W T)", "measured", "input measured");
+  for (const transfer::AppliedSnippet& snippet : applied.snippets) {
+    const double rate = model.frame_rate_hz();
+    const auto name = [&](int fragment) {
+      return model.fragments[static_cast<std::size_t>(fragment)].name;
+    };
+    const transfer::BlendChoice& choice = snippet.choice;
+    std::string pair = choice.is_seed() ? name(choice.fragment_i)
+                                        : name(choice.fragment_i) + " + " + name(choice.fragment_j);
+    if (snippet.kept) pair = "no content match: kept as captured";
+    fmt::print("{:5.2f} {:5.2f}  {:<10} {:<44} {:>6}  {:<19} {:<19} {}\n", snippet.begin / rate,
+               snippet.end / rate, snippet.kept ? "-" : snippet.content, pair,
+               snippet.kept ? "" : fmt::format("{:+.3f}", choice.alpha),
+               snippet.kept ? "" : to_text(choice.predicted), to_text(snippet.measured.effort),
+               to_text(snippet.before.effort));
+    if (snippet.kept) continue;
+    fmt::print(
+        "{:>25} reachable: flow {:+.2f}..{:+.2f}  weight {:+.2f}..{:+.2f}  time {:+.2f}..{:+.2f}\n",
+        "", choice.reachable[0].low, choice.reachable[0].high, choice.reachable[1].low,
+        choice.reachable[1].high, choice.reachable[2].low, choice.reachable[2].high);
+  }
+}
+
+std::string picture(const ApplyVerb& verb, const CapturedClip& input, const motion::Clip& output,
+                    const transfer::StyleModel& model, const transfer::AppliedStyle& applied) {
+  const auto joins = [&](auto begin_of) {
+    std::vector<double> marks;
+    for (std::size_t n = 1; n < applied.snippets.size(); ++n) {
+      marks.push_back(begin_of(applied.snippets[n]) / model.frame_rate_hz());
+    }
+    return marks;
+  };
+  const draw::Strip strips[] = {
+      {input.capture.clip, "input: " + verb.input,
+       joins([](const auto& snippet) { return snippet.begin; }), ""},
+      {output, "output: " + to_text(verb.target),
+       joins([](const auto& snippet) { return snippet.output_begin; }), ""}};
+  return draw::contact_sheet(
+      strips, {.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng});
+}
+
+void run(const ApplyVerb& verb) {
+  if (const auto problems = verb.target.problems(); !problems.empty()) {
+    throw base::Error(base::ErrorKind::kUsage, problems.front());
+  }
+  check_outputs(verb.common, {verb.output, verb.report, verb.picture});
+  if (!verb.picture.empty()) (void)is_svg(verb.picture);
+  std::vector<InputRecord> inputs(1);
+  const transfer::StyleModel model = read_model(verb.model, inputs.front());
+  const CapturedClip input = read_captured_clip(verb.input, verb.reading, verb.common);
+  inputs.push_back(input.record);
+  const transfer::AppliedStyle applied =
+      transfer::apply_style(model, input.pose(model.frame_rate_hz()), verb.target, verb.options);
+  const motion::Clip output = retarget(input, applied);
+
+  for (const transfer::AppliedSnippet& snippet : applied.snippets) {
+    if (!snippet.kept) continue;
+    warn(verb.common,
+         fmt::format("{}: {:.2f} s to {:.2f} s match no content of the model; kept as captured",
+                     verb.input, snippet.begin / model.frame_rate_hz(),
+                     snippet.end / model.frame_rate_hz()));
+  }
+  const Json json = report_json(verb, model, applied, inputs);
+  write_clip(verb.output, output, verb.common, input.file.unit_m, verb.format);
+  if (!verb.report.empty()) write_bytes(verb.report, json.dump(2) + "\n", verb.common);
+  if (!verb.picture.empty())
+    write_bytes(verb.picture, picture(verb, input, output, model, applied), verb.common);
+  if (verb.output == "-") return;
+  if (verb.common.json) {
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    print(verb, model, applied);
+  }
+}
+
+}  // namespace
+
+void add_apply(CLI::App& app) {
+  auto verb = std::make_shared<ApplyVerb>();
+  CLI::App* sub =
+      add_verb(app, "apply", "Give a clip a target Effort: the same action, done another way",
+               "laban apply walk.bvh --flow -2 --weight 1.5 --time 2 -o walk_sudden.glb");
+  sub->add_option("INPUT", verb->input, "clip (BVH), '-' for stdin")->required();
+  sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
+      ->required();
+  sub->add_option("--format", verb->format, "format of the output (needed for '-'): bvh or glb");
+  add_target_options(sub, verb->target);
+  sub->add_option("--model", verb->model, "style model (default: the embedded corpus's)");
+  sub->add_option("--report", verb->report, "JSON report to write");
+  sub->add_option("--picture", verb->picture,
+                  "contact sheet to write (.png or .svg): input above output");
+  sub->add_flag("--strict", verb->options.strict, "a part that matches no content is an error");
+  add_search_options(sub, verb->options.search);
+  add_read_options(sub, verb->reading);
+  add_common(sub, verb->common, {.writes = true});
+  sub->callback([verb] { run(*verb); });
+}
+
+}  // namespace laban::cli

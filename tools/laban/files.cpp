@@ -1,0 +1,255 @@
+#include "files.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <iterator>
+#include <map>
+
+#include <fmt/core.h>
+
+#include "laban/base/error.h"
+#include "laban/base/sha256.h"
+#include "laban/base/version.h"
+#include "laban/motion/resample.h"
+#include "laban/motion/retarget.h"
+
+namespace laban::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using base::Error;
+using base::ErrorKind;
+
+/// Runs `work`; an error that does not name the file yet gets its name in front.
+template <typename Work>
+auto naming(const std::string& path, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    const std::string what = error.what();
+    if (what.starts_with(path)) throw;
+    throw Error(error.kind(), path + ": " + what);
+  }
+}
+
+motion::HumanoidOptions humanoid_options(const ReadClipOptions& options) {
+  motion::HumanoidOptions found;
+  if (options.map.empty()) return found;
+  return naming(options.map, [&] {
+    const Json json = Json::parse(base::read_file(options.map), nullptr, false);
+    if (!json.is_object()) {
+      throw Error(ErrorKind::kFormat, "a map is one JSON object: {\"hips\": \"joint name\", ..}");
+    }
+    for (const auto& [standard, name] : json.items()) {
+      const auto& names = motion::kStandardJointNames;
+      const auto place = std::find(names.begin(), names.end(), standard);
+      if (place == names.end() || !name.is_string()) {
+        throw Error(ErrorKind::kFormat, "'" + standard +
+                                            "' is not a standard joint with a joint name; "
+                                            "'laban inspect' lists the standard joints");
+      }
+      found.joint_names[static_cast<motion::StandardJoint>(place - names.begin())] =
+          name.get<std::string>();
+    }
+    return found;
+  });
+}
+
+io::ClipFile parse_any_clip(const std::string& path, const std::string& bytes,
+                            const ReadClipOptions& options, const Common& common) {
+  io::ReadOptions reading{options.unit_m, options.frame_rate_hz, std::nullopt};
+  if (!options.input_format.empty()) reading.input_format = options.input_format;
+  if (path == "-" && options.input_format.empty()) {
+    throw Error(ErrorKind::kUsage, "reading from stdin needs --input-format");
+  }
+  io::ClipFile file = io::parse_clip(bytes, path == "-" ? "stdin" : path, reading);
+  for (const std::string& warning : file.warnings) warn(common, warning);
+  return file;
+}
+
+fs::path executable_folder() {
+  std::error_code failed;
+  const fs::path self = fs::read_symlink("/proc/self/exe", failed);
+  return failed ? fs::path(".") : self.parent_path();
+}
+
+/// A clip of the corpus, read once however many fragments it has.
+using ClipCache = std::map<std::string, CapturedClip>;
+
+transfer::Fragment make_fragment(const effort::LabelRow& row, const CapturedClip& clip,
+                                 double rate_hz) {
+  const motion::Clip& whole = clip.file.clip;
+  const int t_pose = whole.frame_count() - clip.capture.clip.frame_count();
+  const int begin = row.begin_frame.value_or(t_pose);
+  const int end = row.end_frame.value_or(whole.frame_count());
+  if (begin < t_pose || end > whole.frame_count() || begin >= end) {
+    throw Error(ErrorKind::kData, "frames [" + std::to_string(begin) + ", " + std::to_string(end) +
+                                      ") do not lie in the frames [" + std::to_string(t_pose) +
+                                      ", " + std::to_string(whole.frame_count()) + ") of " +
+                                      row.clip);
+  }
+  const motion::Clip cut =
+      motion::resample(clip.capture.clip.slice(begin - t_pose, end - t_pose), rate_hz);
+  transfer::Fragment fragment{row.fragment, row.content, row.performer,
+                              motion::to_pose_matrix(cut, clip.capture.humanoid), std::nullopt};
+  if (row.is_rated()) fragment.effort = effort::Effort{*row.flow, *row.weight, *row.time};
+  return fragment;
+}
+
+}  // namespace
+
+motion::PoseMatrix CapturedClip::pose(std::optional<double> frame_rate_hz) const {
+  return motion::to_pose_matrix(
+      frame_rate_hz ? motion::resample(capture.clip, *frame_rate_hz) : capture.clip,
+      capture.humanoid);
+}
+
+void add_read_options(CLI::App* verb, ReadClipOptions& options) {
+  const std::string group = "Reading clips";
+  verb->add_option("--unit", options.unit_m,
+                   "metres per unit of the input file (default: guessed from the body)")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+  verb->add_option("--fps", options.frame_rate_hz, "frame rate of the input, instead of the file's")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+  verb->add_option("--input-format", options.input_format,
+                   "format of the input (needed for '-', stdin): bvh")
+      ->group(group);
+  verb->add_option("--map", options.map,
+                   "JSON file {\"hips\": \"joint name\", ..} for a rig that is not known")
+      ->group(group);
+}
+
+std::string read_bytes(const std::string& path) {
+  if (path != "-") return base::read_file(path);
+  return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+}
+
+io::ClipFile read_any_clip(const std::string& path, const ReadClipOptions& options,
+                           const Common& common) {
+  return parse_any_clip(path, read_bytes(path), options, common);
+}
+
+CapturedClip read_captured_clip(const std::string& path, const ReadClipOptions& options,
+                                const Common& common) {
+  const std::string bytes = read_bytes(path);
+  io::ClipFile file = parse_any_clip(path, bytes, options, common);
+  motion::Capture capture =
+      naming(path, [&] { return motion::find_capture(file.clip, humanoid_options(options)); });
+  return {std::move(file), std::move(capture), {path, base::sha256_hex(bytes)}};
+}
+
+void write_bytes(const std::string& path, const std::string& bytes, const Common& common) {
+  if (path != "-") return base::write_file(path, bytes, common.writing());
+  std::fwrite(bytes.data(), 1, bytes.size(), stdout);
+}
+
+void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
+                double unit_m, const std::string& format) {
+  io::WriteOptions options;
+  options.unit_m = unit_m;
+  if (!format.empty()) options.format = format;
+  if (path == "-" && format.empty())
+    throw Error(ErrorKind::kUsage, "writing to stdout needs --format");
+  const io::ClipBytes file = io::format_clip(clip, io::output_format(path, options), options);
+  for (const std::string& rename : file.renames) warn(common, path + ": " + rename);
+  write_bytes(path, file.bytes, common);
+}
+
+void check_outputs(const Common& common, const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    if (!path.empty() && path != "-") base::check_writable(path, common.writing());
+  }
+}
+
+bool is_svg(const std::string& path) {
+  if (path.ends_with(".svg")) return true;
+  if (path.ends_with(".png")) return false;
+  throw Error(ErrorKind::kUsage, path + ": a picture is a .png or .svg file");
+}
+
+double common_rate(const std::vector<double>& rates_hz) {
+  std::map<double, int> counts;
+  for (const double rate : rates_hz) ++counts[rate];
+  const auto rarer = [](const auto& a, const auto& b) {
+    return std::pair(a.second, a.first) < std::pair(b.second, b.first);
+  };
+  return std::max_element(counts.begin(), counts.end(), rarer)->first;
+}
+
+LabelledCorpus read_corpus(const std::string& table_path, const ReadCorpusOptions& options,
+                           const Common& common) {
+  const std::string text = read_bytes(table_path);
+  LabelledCorpus read{{},
+                      effort::mean_over_observers(effort::parse_label_table(text, table_path)),
+                      {{table_path, base::sha256_hex(text)}}};
+  const fs::path folder =
+      options.clips.empty() ? fs::path(table_path).parent_path() : fs::path(options.clips);
+  const auto at_line = [&](const effort::LabelRow& row, const auto& work) {
+    return naming(table_path + ":" + std::to_string(row.line), work);
+  };
+  ClipCache cache;
+  std::vector<double> rates;
+  for (const effort::LabelRow& row : effort::seeds(read.table)) {
+    if (cache.contains(row.clip)) continue;
+    const CapturedClip clip =
+        at_line(row, [&] { return read_captured_clip((folder / row.clip).string(), {}, common); });
+    rates.push_back(clip.file.clip.frame_rate_hz());
+    read.records.push_back(clip.record);
+    cache.emplace(row.clip, clip);
+  }
+  if (rates.empty())
+    throw Error(ErrorKind::kData, table_path + ": it has no fragments, only a head or blends");
+  const double rate_hz = options.frame_rate_hz.value_or(common_rate(rates));
+  std::map<std::string, int> index;
+  for (const effort::LabelRow& row : effort::seeds(read.table)) {
+    index.emplace(row.fragment, static_cast<int>(read.corpus.fragments.size()));
+    read.corpus.fragments.push_back(
+        at_line(row, [&] { return make_fragment(row, cache.at(row.clip), rate_hz); }));
+  }
+  for (const effort::LabelRow& row : effort::blends(read.table)) {
+    transfer::CorpusBlend blend{row.fragment, index.at(row.parent_i), index.at(row.parent_j),
+                                *row.alpha, std::nullopt};
+    if (row.is_rated()) blend.effort = effort::Effort{*row.flow, *row.weight, *row.time};
+    read.corpus.blends.push_back(blend);
+  }
+  naming(table_path, [&] { read.corpus.check(); });
+  return read;
+}
+
+transfer::StyleModel read_model(const std::string& path, InputRecord& record) {
+  std::string found = path;
+  if (found.empty()) {
+    const fs::path folder = executable_folder();
+    const fs::path places[] = {folder / "../share/laban/phrase.laban", folder / "phrase.laban"};
+    for (const fs::path& place : places) {
+      if (fs::exists(place)) {
+        found = place.lexically_normal().string();
+        break;
+      }
+    }
+    if (found.empty()) {
+      throw Error(ErrorKind::kIo,
+                  "the default model is not installed beside the program; "
+                  "train one with 'laban train' and name it with --model");
+    }
+  }
+  const std::string bytes = read_bytes(found);
+  record = {found, base::sha256_hex(bytes)};
+  return transfer::read_style_model(bytes, found);
+}
+
+Json run_record(const std::string& verb, const Json& options,
+                const std::vector<InputRecord>& inputs) {
+  Json record = {
+      {"laban", base::version()}, {"verb", verb}, {"options", options}, {"inputs", Json::array()}};
+  for (const InputRecord& input : inputs)
+    record["inputs"].push_back({{"path", input.path}, {"sha256", input.sha256}});
+  if (const char* epoch = std::getenv("SOURCE_DATE_EPOCH")) record["source_date_epoch"] = epoch;
+  return record;
+}
+
+}  // namespace laban::cli

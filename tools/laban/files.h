@@ -1,0 +1,101 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "laban/effort/label_table.h"
+#include "laban/io/clip_file.h"
+#include "laban/motion/humanoid.h"
+#include "laban/motion/pose_matrix.h"
+#include "laban/transfer/style_corpus.h"
+#include "laban/transfer/style_model.h"
+
+#include "verb.h"
+
+namespace laban::cli {
+
+using Json = nlohmann::ordered_json;
+
+/// A file that was read, for run records.
+struct InputRecord {
+  std::string path;
+  std::string sha256;
+};
+
+/// A clip of one person, read, its rig found, cut to its motion.
+struct CapturedClip {
+  io::ClipFile file;        ///< clip as it stands in the file
+  motion::Capture capture;  ///< without a T-pose frame
+  InputRecord record;
+
+  /// At its own rate, or resampled to another one.
+  [[nodiscard]] motion::PoseMatrix pose(std::optional<double> frame_rate_hz = std::nullopt) const;
+};
+
+/// Options with which every verb that reads clips reads them.
+struct ReadClipOptions {
+  std::optional<double> unit_m;
+  std::optional<double> frame_rate_hz;
+  std::string input_format;  ///< needed for "-", stdin
+  std::string map;           ///< JSON file: standard joint -> joint name
+};
+
+/// Adds --unit, --fps, --input-format, --map.
+void add_read_options(CLI::App* verb, ReadClipOptions& options);
+
+/// Bytes of a file, or of stdin for "-".
+[[nodiscard]] std::string read_bytes(const std::string& path);
+/// Reads a clip of any rig; its warnings go to stderr.
+[[nodiscard]] io::ClipFile read_any_clip(const std::string& path, const ReadClipOptions& options,
+                                         const Common& common);
+/// Reads a clip and finds the person in it. @throws as io and motion::find_capture, naming the
+/// file.
+[[nodiscard]] CapturedClip read_captured_clip(const std::string& path,
+                                              const ReadClipOptions& options, const Common& common);
+
+/// Writes bytes to a path, or to stdout for "-".
+void write_bytes(const std::string& path, const std::string& bytes, const Common& common);
+/// Writes a clip in the format of the path's ending; renamed joints are told as warnings.
+void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
+                double unit_m = 0.01, const std::string& format = {});
+/// Throws before any work is done if an output could not be written. Empty paths and "-" pass.
+void check_outputs(const Common& common, const std::vector<std::string>& paths);
+
+/// "svg" or "png" picture by the path's ending. @throws Error{kUsage} for another ending.
+[[nodiscard]] bool is_svg(const std::string& path);
+
+/// A label table and the captures it names, as a corpus at one frame rate.
+struct LabelledCorpus {
+  transfer::StyleCorpus corpus;
+  effort::LabelTable table;          ///< one row a fragment (mean over observers)
+  std::vector<InputRecord> records;  ///< the table, then its clips
+};
+
+struct ReadCorpusOptions {
+  std::string clips;  ///< folder that replaces the table's own; empty: the table's
+  /// Common rate of the fragments; nullopt: the most frequent one among the clips.
+  std::optional<double> frame_rate_hz;
+};
+
+/// Reads a label table and every clip it names.
+/// @throws naming the table's line for a clip that cannot be read, frames out of range or parents
+///         that do not fit.
+[[nodiscard]] LabelledCorpus read_corpus(const std::string& table_path,
+                                         const ReadCorpusOptions& options, const Common& common);
+
+/// The most frequent rate among some, the highest of equals.
+[[nodiscard]] double common_rate(const std::vector<double>& rates_hz);
+
+/// The model of a path; empty: the default model, found beside the executable.
+[[nodiscard]] transfer::StyleModel read_model(const std::string& path, InputRecord& record);
+
+/// What a result file says of the run that made it: version, options as resolved, inputs
+/// (STYLE 8); a time only if SOURCE_DATE_EPOCH is set.
+[[nodiscard]] Json run_record(const std::string& verb, const Json& options,
+                              const std::vector<InputRecord>& inputs);
+
+}  // namespace laban::cli

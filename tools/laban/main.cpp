@@ -1,0 +1,122 @@
+#include <csignal>
+#include <cstdio>
+#include <new>
+
+#include <fmt/core.h>
+
+#include "laban/base/error.h"
+#include "laban/base/version.h"
+
+#include "verb.h"
+
+namespace laban::cli {
+namespace {
+
+constexpr const char* kExamples =
+    "  laban apply walk.bvh --flow -2 --weight 1.5 --time 2 -o walk_sudden.glb\n"
+    "  laban train --labels labels/phrase.csv -o phrase.laban\n"
+    "  laban evaluate --labels labels/phrase.csv --runs 500\n";
+
+constexpr const char* kExitCodes =
+    "Exit codes:\n"
+    "  0 done  1 bug in laban  2 usage  3 file not read or written  4 malformed file\n"
+    "  5 data unfit for the method  6 numerical failure  7 a check found something\n"
+    "  130 interrupted\n\n"
+    "'laban help VERB' tells more of one verb.";
+
+class ProgramFormatter : public CLI::Formatter {
+ public:
+  std::string make_description(const CLI::App* app) const override {
+    return kExamples + ("\n" + app->get_description()) + ".\n";
+  }
+  std::string make_usage(const CLI::App* /*app*/, std::string /*name*/) const override {
+    return "Usage: laban VERB [options] INPUT... -o OUTPUT\n";
+  }
+};
+
+/// The one place where an error becomes an exit code.
+int exit_code(base::ErrorKind kind) {
+  switch (kind) {
+    case base::ErrorKind::kUsage:
+      return 2;
+    case base::ErrorKind::kIo:
+      return 3;
+    case base::ErrorKind::kFormat:
+      return 4;
+    case base::ErrorKind::kData:
+      return 5;
+    case base::ErrorKind::kNumeric:
+      return 6;
+    case base::ErrorKind::kInternal:
+      return 1;
+  }
+  return 1;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("laban keeps what a motion does and changes how it is done", "laban");
+  app.formatter(std::make_shared<ProgramFormatter>());
+  app.footer(kExitCodes);
+  app.set_version_flag("--version", "laban " + std::string(base::version()));
+  app.require_subcommand(1);
+  add_apply(app);
+  add_train(app);
+  add_evaluate(app);
+  add_corpus(app);
+  // NOTYET add_match(app);
+  // NOTYET add_segment(app);
+  // NOTYET add_blend(app);
+  // NOTYET add_curve(app);
+  // NOTYET add_measure(app);
+  // NOTYET add_inspect(app);
+  // NOTYET add_convert(app);
+  // NOTYET add_draw(app);
+
+  std::string topic;
+  CLI::App* help =
+      add_verb(app, "help", "Tell of a verb, its options and an example", "laban help apply");
+  help->add_option("VERB", topic, "the verb");
+
+  const auto failed = [&app](const std::string& what, int code) {
+    const auto verbs = app.get_subcommands();
+    fmt::print(stderr, "laban{}: {}\n", verbs.empty() ? "" : " " + verbs.front()->get_name(), what);
+    return code;
+  };
+  try {
+    app.parse(argc, argv);
+    if (help->parsed()) {
+      const CLI::App* about = topic.empty() ? &app : app.get_subcommand(topic);
+      fmt::print("{}", about->help(topic.empty() ? "" : "laban"));
+    }
+    return 0;
+  } catch (const CLI::CallForHelp&) {
+    const auto verbs = app.get_subcommands();
+    fmt::print("{}", verbs.empty() ? app.help() : verbs.front()->help("laban"));
+    return 0;
+  } catch (const CLI::CallForVersion&) {
+    fmt::print("laban {}\n", base::version());
+    return 0;
+  } catch (const CLI::OptionNotFound&) {
+    return failed("there is no verb '" + topic + "'; 'laban --help' lists them", 2);
+  } catch (const CLI::ParseError& error) {
+    const auto verbs = app.get_subcommands();
+    const std::string mend =
+        verbs.empty() ? "'laban --help' lists the verbs"
+                      : "'laban help " + verbs.front()->get_name() + "' lists the options";
+    return failed(std::string(error.what()) + "; " + mend, 2);
+  } catch (const base::Error& error) {
+    return failed(error.what(), exit_code(error.kind()));
+  } catch (const std::bad_alloc&) {
+    return failed("out of memory; try a shorter clip or a smaller database", 6);
+  } catch (const std::exception& error) {
+    return failed(std::string("bug in laban: ") + error.what(), 1);
+  }
+}
+
+}  // namespace
+}  // namespace laban::cli
+
+int main(int argc, char** argv) {
+  std::signal(SIGINT, [](int) { std::_Exit(130); });
+  return laban::cli::run(argc, argv);
+}

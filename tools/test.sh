@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# Sets up and passes the tests.
+#
+#   tools/test.sh         # installs, builds (release, warnings are errors), runs every test
+#   tools/test.sh --all   # also formatting, clang++, sanitizers, clang-tidy, benchmarks, interop
+#
+# LABAN_DATA=folder adds the tests on real captures (see data/README.md); without it they are
+# skipped and say so.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+all=false
+[[ "${1:-}" == --all ]] && all=true
+jobs=$(nproc)
+export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+export CTEST_OUTPUT_ON_FAILURE=1
+
+stage() { printf '\n== %s (%d s so far)\n' "$*" "$SECONDS"; }
+
+# build PRESET [configure options..]; gcc needs -fpch-preprocess for ccache to see through the
+# precompiled headers.
+build() {
+  local preset=$1
+  shift
+  cmake --preset "$preset" -DCMAKE_CXX_COMPILER_LAUNCHER=ccache "$@" >/dev/null
+  cmake --build "build/$preset" -j "$jobs" -- --quiet
+}
+
+stage "dependencies"
+if $all; then tools/install_dependencies.sh --all; else tools/install_dependencies.sh --test; fi
+
+if $all; then
+  stage "formatting"
+  git ls-files '*.h' '*.cpp' | xargs clang-format --dry-run --Werror
+fi
+
+stage "release: build and test"
+if $all; then build ci -DLABAN_BUILD_BENCHMARKS=ON; else build ci; fi
+ctest --test-dir build/ci -j "$jobs" --quiet --output-on-failure
+
+if $all; then
+  stage "address and undefined-behaviour sanitizers"
+  build sanitize
+  ctest --test-dir build/sanitize -j "$jobs" --quiet --output-on-failure -LE 'slow|package'
+
+  stage "thread sanitizer: what runs on several threads"
+  build tsan
+  ctest --test-dir build/tsan -j "$jobs" --quiet --output-on-failure -L threads
+
+  stage "clang++: build and test"
+  build clang
+  ctest --test-dir build/clang -j "$jobs" --quiet --output-on-failure -LE 'slow|package'
+
+  stage "clang-tidy"
+  git ls-files 'src/*.cpp' 'tools/*.cpp' |
+    xargs -P "$jobs" -n 4 clang-tidy --quiet -p build/clang 2>/dev/null
+
+  stage "interop: GLB files before the Khronos validator"
+  tests/interop/run.sh build/ci
+fi
+
+stage "all passed"
