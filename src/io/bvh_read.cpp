@@ -24,6 +24,10 @@ constexpr double kStillM = 1e-6;
 constexpr double kReachM = 1.12;
 constexpr std::array<double, 5> kUnitsM = {1.0, 0.01, 0.001, 0.0254, 0.05644};
 
+// Rates that cameras, games and capture systems run at.
+constexpr std::array<double, 12> kCustomaryRatesHz = {24, 25,  30,  50,  60,  72,
+                                                      90, 100, 120, 144, 200, 240};
+
 // Rotations that any file may ask for, however small it is; see check_size.
 constexpr std::size_t kFreeRotations = std::size_t{1} << 22U;
 
@@ -313,7 +317,9 @@ double last_decimal(std::string_view text) {
 double rate_of(double frame_time_s, double last_decimal_s) {
   const double rate = 1.0 / frame_time_s;
   const double whole = std::round(rate);
-  const bool near_rate = std::abs(rate - whole) <= 0.005 * whole;
+  const bool customary = std::find(kCustomaryRatesHz.begin(), kCustomaryRatesHz.end(), whole) !=
+                         kCustomaryRatesHz.end();
+  const bool near_rate = std::abs(rate - whole) <= (customary ? 0.005 : 0.0001) * whole;
   // 1e-12 s: where Frame Time is written to the last bit, 1 / (1 / 120.0) need not be 120.
   const bool near_time = std::abs(1.0 / whole - frame_time_s) <= last_decimal_s + 1e-12;
   return whole >= 1.0 && near_rate && near_time ? whole : rate;

@@ -29,17 +29,14 @@ constexpr double kStillM = 1e-7;
 // first angle will do, as the third is computed after it.
 constexpr double kGimbalCosine = 1e-6;
 
-/// How numbers are written: digits after the point, trailing zeros left out.
+/// Appends numbers as text, without exponents, which not every reader knows.
 class NumberWriter {
  public:
   explicit NumberWriter(std::string& text) : text_(text) {}
 
+  /// Rounded to `decimals` digits after the point; trailing zeros are left out.
   void append(double value, int decimals) {
-    std::array<char, 1024> digits;  // up to 309 before the point and 400 after it
-    const auto [last, status] = std::to_chars(digits.data(), digits.data() + digits.size(), value,
-                                              std::chars_format::fixed, decimals);
-    LABAN_CHECK(status == std::errc());
-    std::string_view shown(digits.data(), static_cast<std::size_t>(last - digits.data()));
+    std::string_view shown = in_digits(value, decimals);
     if (decimals > 0) {
       shown = shown.substr(0, shown.find_last_not_of('0') + 1);
       if (shown.ends_with('.')) shown.remove_suffix(1);
@@ -47,8 +44,24 @@ class NumberWriter {
     text_ += shown == "-0" ? "0" : shown;
   }
 
+  /// As few digits as give the same double again.
+  void append_shortest(double value) {
+    const auto [last, status] =
+        std::to_chars(digits_.begin(), digits_.end(), value, std::chars_format::fixed);
+    LABAN_CHECK(status == std::errc());
+    text_.append(digits_.begin(), last);
+  }
+
  private:
+  std::string_view in_digits(double value, int decimals) {
+    const auto [last, status] =
+        std::to_chars(digits_.begin(), digits_.end(), value, std::chars_format::fixed, decimals);
+    LABAN_CHECK(status == std::errc());
+    return {digits_.data(), static_cast<std::size_t>(last - digits_.data())};
+  }
+
   std::string& text_;
+  std::array<char, 512> digits_{};  // a double has at most 309 digits before the point or 340 after
 };
 
 /// The order of rotation channels: R = R_i(a) R_j(b) R_k(c).
@@ -262,10 +275,7 @@ class BvhWriter {
 
   void write_motion() {
     text_ += "MOTION\nFrames: " + std::to_string(clip_.frame_count()) + "\nFrame Time: ";
-    // 17 significant digits and no exponent: readers know neither rounding nor our snapping.
-    const double frame_time_s = 1.0 / clip_.frame_rate_hz();
-    number_.append(frame_time_s,
-                   std::clamp(16 - static_cast<int>(std::floor(std::log10(frame_time_s))), 0, 400));
+    number_.append_shortest(1.0 / clip_.frame_rate_hz());
     text_ += '\n';
     const EulerOrder order = euler_order(options_.rotation_order);
     std::vector<Eigen::Vector3d> angles(names_.size(), Eigen::Vector3d::Zero());

@@ -44,9 +44,10 @@ struct BvhFile {
 /// first row is; several roots (the first is used, with a warning); Frames other than the number of
 /// rows (the rows win, with a warning).
 ///
-/// The frame rate is 1 / Frame Time, snapped to the nearest whole number of frames a second if that
-/// lies within 0.5 % and within one unit of the last decimal of Frame Time: 0.0333333 is 30 Hz and
-/// .0083 is 120 Hz, but 0.0333667 stays 29.97 Hz.
+/// The frame rate is 1 / Frame Time, which most files round. It is snapped to the nearest whole
+/// rate if that lies within one unit of the last decimal of Frame Time and within 0.01 %, or 0.5 %
+/// if it is a customary one (24, 25, 30, 50, 60, 72, 90, 100, 120, 144, 200, 240 Hz): 0.0333333 is
+/// 30 Hz and .0083 is 120 Hz, but 0.0333667 stays 29.97 Hz.
 ///
 /// BVH does not say its unit. Unless given it is guessed: the reach, that is the longest sum of
 /// offset lengths from the first branching joint down to a leaf (hips to fingertips), is about 1.12
