@@ -33,7 +33,32 @@ void require_fit(const Clip& clip, const Humanoid& humanoid, const std::string& 
   }
 }
 
-/// R_s of all standard joints; one that the rig does not have turns with its parent.
+/// A joint that bends like a hinge, and the direction of its bone in the standard T-pose.
+struct Hinge {
+  StandardJoint upper, lower;
+  Vector3d bone;
+};
+
+const std::array<Hinge, 4>& hinges() {
+  using enum StandardJoint;
+  static const std::array<Hinge, 4> all = {{{kLeftUpperArm, kLeftForearm, Vector3d::UnitX()},
+                                            {kRightUpperArm, kRightForearm, Vector3d::UnitX()},
+                                            {kLeftThigh, kLeftShin, Vector3d::UnitY()},
+                                            {kRightThigh, kRightShin, Vector3d::UnitY()}}};
+  return all;
+}
+
+/// The turn of a hinge's lower bone about itself: q = swing * twist.
+Quaterniond twist_of(const Quaterniond& upper_R, const Quaterniond& lower_R, const Hinge& hinge) {
+  const Quaterniond q = upper_R.conjugate() * lower_R;
+  const Vector3d along = q.vec().dot(hinge.bone) * hinge.bone;
+  const Quaterniond twist(q.w(), along.x(), along.y(), along.z());
+  // Bent by 180 degrees, a bone has no turn about itself.
+  return twist.norm() < 1e-9 ? Quaterniond::Identity() : twist.normalized();
+}
+
+/// R_s of all standard joints; one that the rig does not have turns with its parent. Hinges are
+/// free of twist.
 StandardRotations standard_rotations(const ModelPose& pose, const Humanoid& humanoid) {
   StandardRotations R;
   for (std::size_t s = 0; s < R.size(); ++s) {
@@ -41,6 +66,11 @@ StandardRotations standard_rotations(const ModelPose& pose, const Humanoid& huma
     R[s] = mapped ? pose.rotations[static_cast<std::size_t>(mapped->joint)] *
                         mapped->reference.conjugate()
                   : R[static_cast<std::size_t>(kStandardParents[s])];
+  }
+  for (const Hinge& hinge : hinges()) {
+    Quaterniond& lower = R[static_cast<std::size_t>(index_of(hinge.lower))];
+    const Quaterniond& upper = R[static_cast<std::size_t>(index_of(hinge.upper))];
+    lower = lower * twist_of(upper, lower, hinge).conjugate();
   }
   return R;
 }
@@ -84,6 +114,28 @@ StandardRotations composed_rotations(const PoseMatrix& pose, int frame, double y
     R[static_cast<std::size_t>(s)] = above * local;
   }
   return R;
+}
+
+/// Model-space rotation of one joint of the source.
+Quaterniond model_rotation_at(const Clip& clip, const FramePosition& at, int joint) {
+  Quaterniond rotation = rotation_at(clip, at, joint);
+  for (int j = clip.skeleton().joint(joint).parent; j >= 0; j = clip.skeleton().joint(j).parent) {
+    rotation = rotation_at(clip, at, j) * rotation;
+  }
+  return rotation;
+}
+
+/// Gives the hinges the twist that the source has there.
+void add_source_twist(StandardRotations& R, const Humanoid& humanoid, const Clip& source,
+                      const FramePosition& at) {
+  const auto source_R = [&](StandardJoint joint) {
+    const auto& mapped = humanoid.mapped(joint);
+    return model_rotation_at(source, at, mapped->joint) * mapped->reference.conjugate();
+  };
+  for (const Hinge& hinge : hinges()) {
+    Quaterniond& lower = R[static_cast<std::size_t>(index_of(hinge.lower))];
+    lower = lower * twist_of(source_R(hinge.upper), source_R(hinge.lower), hinge);
+  }
 }
 
 /// The source frame (in the clip's own count) to read at each pose frame.
@@ -218,9 +270,11 @@ Clip from_pose_matrix(const PoseMatrix& pose, const Humanoid& humanoid, const Cl
   std::vector<Quaterniond> rotations;
   rotations.reserve(static_cast<std::size_t>(frames) * cells);
   for (int f = 0; f < frames; ++f) {
-    const StandardRotations R = composed_rotations(pose, f, path(2, f));
+    const FramePosition& at = positions[static_cast<std::size_t>(f)];
+    StandardRotations R = composed_rotations(pose, f, path(2, f));
+    add_source_twist(R, humanoid, source, at);
     const HipsPlace hips = hips_place(path.col(f), pose.height(f), R[0], humanoid);
-    solve_frame(R, hips, humanoid, source, positions[static_cast<std::size_t>(f)], played, frame);
+    solve_frame(R, hips, humanoid, source, at, played, frame);
     rotations.insert(rotations.end(), frame.local.begin(), frame.local.end());
     root.col(f) = frame.offsets.col(0);
     if (needs_translations) {

@@ -1,6 +1,7 @@
 #include "rig_tables.h"
 
 #include <cctype>
+#include <cmath>
 #include <numbers>
 
 namespace laban::motion {

@@ -18,6 +18,10 @@ namespace laban::motion {
 /// split into heading and tilt. Exponential maps begin on the principal branch and are unwrapped
 /// along time.
 ///
+/// Forearms and shins are hinges here: their turn about their own bone, which rigs put into the
+/// forearm, the hand or extra joints as they like (and one public conversion lets drift in the shin
+/// by up to 140 degrees), falls to the hand or foot. It moves no joint.
+///
 /// @throws Error{kUsage} if the humanoid was made for a skeleton of another size; Error{kData} if
 /// no
 ///         frame is left after the T-pose.
