@@ -149,7 +149,12 @@ RigTable cmu_43() {
 }
 
 RigTable mixamo() {
-  return named("mixamo", {{{"hips"}, {"spine"}, {"spine2", "spine1"}, {"neck"}, {"head"}}},
+  return named("mixamo",
+               {{{"hips"},
+                 {"spine"},
+                 {"spine5", "spine4", "spine3", "spine2", "spine1"},
+                 {"neck"},
+                 {"head"}}},
                kMotionBuilderSides, "left", "right");
 }
 
