@@ -13,8 +13,10 @@ using base::Error;
 using base::ErrorKind;
 using Eigen::Index;
 
-/// |dv/du| of the steepest warp, v = q - p, u = p + q: (r - 1) / (r + 1) for dq/dp = r or 1/r.
-constexpr double kMaxDrift = (kMaxWarpSlope - 1.0) / (kMaxWarpSlope + 1.0);
+/// |dv/du| of a warp of slope r or 1/r: v = q - p, u = p + q.
+constexpr double drift_of_slope(double r) {
+  return (r - 1.0) / (r + 1.0);
+}
 
 std::string number(double value) {
   std::string text = std::to_string(value);
@@ -230,6 +232,9 @@ std::vector<std::string> TimeWarpOptions::problems() const {
     list.push_back("TimeWarpOptions::smoothing_frames = " + number(smoothing_frames) +
                    " (must lie in [0, 1e6])");
   }
+  if (!(max_slope > 1.0 && max_slope <= kMaxWarpSlope)) {
+    list.push_back("TimeWarpOptions::max_slope = " + number(max_slope) + " (must lie in (1, 4])");
+  }
   return list;
 }
 
@@ -244,9 +249,12 @@ TimeWarp warp_of_path(std::span<const FramePair> path, const TimeWarpOptions& op
                                       std::to_string(end.q + 1) +
                                       " frames (one may be at most four times as long)");
   }
+  const double steps = std::max(1.0, static_cast<double>(raw.size() - 1));
+  const double limit =
+      std::max(drift_of_slope(options.max_slope), std::abs(raw(raw.size() - 1)) / steps);
   // u = p + q advances by 2 a frame.
   const Eigen::VectorXd v =
-      smooth_slope(project_to_limited_slope(raw, kMaxDrift), 2.0 * options.smoothing_frames);
+      smooth_slope(project_to_limited_slope(raw, limit), 2.0 * options.smoothing_frames);
   const Eigen::VectorXd u =
       Eigen::VectorXd::LinSpaced(v.size(), 0.0, static_cast<double>(v.size() - 1));
   return {0.5 * (u - v), 0.5 * (u + v)};

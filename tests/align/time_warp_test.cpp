@@ -237,6 +237,21 @@ TEST(TimeWarp, IsTheLeastSquaresProjection) {
   }
 }
 
+TEST(TimeWarp, AGentlerLimitHoldsWhereThePairAllowsIt) {
+  for (const Path& path : awkward_paths()) {
+    const double overall = static_cast<double>(std::max(path.back().p, path.back().q)) /
+                           std::max(1, std::min(path.back().p, path.back().q));
+    const double limit = std::max(2.0, overall);
+    const TimeWarp warp = warp_of_path(path, {.max_slope = 2.0});
+    for (int n = 1; n < warp.knot_count(); ++n) {
+      const double dp = warp.p()(n) - warp.p()(n - 1);
+      const double dq = warp.q()(n) - warp.q()(n - 1);
+      EXPECT_LE(dq, limit * dp + 1e-9);
+      EXPECT_LE(dp, limit * dq + 1e-9);
+    }
+  }
+}
+
 TEST(TimeWarp, OneFrameClips) {
   EXPECT_TRUE(blendable(1, 1));
   EXPECT_FALSE(blendable(1, 2));
@@ -284,6 +299,8 @@ TEST(TimeWarp, SaysWhatIsWrong) {
   EXPECT_THAT(message_of([] { (void)warp_of_path(Path{{0, 0}, {-1, 0}}); }), HasSubstr("cell 1"));
   EXPECT_THAT(message_of([] { (void)warp_of_path(diagonal_path(2), {.smoothing_frames = -1.0}); }),
               HasSubstr("smoothing_frames = -1"));
+  EXPECT_THAT(message_of([] { (void)warp_of_path(diagonal_path(2), {.max_slope = 5.0}); }),
+              HasSubstr("max_slope = 5"));
   const TimeWarp warp = warp_of_path(diagonal_path(3));
   EXPECT_THAT(message_of([&] { (void)warp.sample(1.3); }), HasSubstr("alpha = 1.3"));
   EXPECT_THAT(message_of([&] { (void)warp.frame_count(std::numeric_limits<double>::quiet_NaN()); }),
