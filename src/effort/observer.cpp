@@ -140,13 +140,16 @@ Kinematics kinematics_of(const motion::PoseMatrix& pose) {
   if (pose.frame_count() < 1) {
     throw base::Error(base::ErrorKind::kData, "observer: no frame (needs at least 1)");
   }
-  const double rate = pose.frame_rate_hz;
-  const Eigen::MatrixXd positions = part_positions(pose);
-  if (!positions.allFinite()) {
+  if (!pose.angles.allFinite() || !pose.height.allFinite() || !pose.steps.allFinite()) {
     throw base::Error(base::ErrorKind::kData,
-                      "observer: the pose matrix has values that are not "
-                      "finite");
+                      "observer: the pose matrix has values that are not finite");
   }
+  const double rate = pose.frame_rate_hz;
+  if (!(rate > 0.0) || !std::isfinite(rate)) {
+    throw base::Error(base::ErrorKind::kUsage, "observer: frame rate of " + std::to_string(rate) +
+                                                   " Hz (must be positive and finite)");
+  }
+  const Eigen::MatrixXd positions = part_positions(pose);
   Kinematics k;
   const Eigen::MatrixXd velocity =
       derivative(math::low_pass(positions, rate, kSpeedCutoffHz), rate);
