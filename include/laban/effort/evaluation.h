@@ -41,7 +41,7 @@ struct EvaluationOptions {
   int train = 85;
   int test = 20;
   /// Compared models, in the order of the report; linear interpolation is always evaluated for the
-  /// ratios.
+  /// ratios (appended if not named).
   std::vector<RegressorKind> models = {kRegressors.begin(), kRegressors.end()};
   /// Of splits and folds.
   std::uint64_t seed = 1;
@@ -91,10 +91,12 @@ struct FactorReport {
 
 struct EvaluationReport {
   int runs = 0;
-  int train = 0;
+  int train = 0;  ///< blends (of given splits: columns of the first)
   int test = 0;
+  double test_to_train = 0.0;  ///< columns tested over columns trained on, mean over runs
   std::array<FactorReport, kFactorCount> factors;
-  /// Per factor, a runs x models matrix of test errors, for plots and other comparisons.
+  /// Per factor, a runs x models matrix of test errors, columns as in FactorReport::models, for
+  /// plots and other comparisons.
   std::array<Eigen::MatrixXd, kFactorCount> run_errors;
 
   /// Any model against any other. @throws Error{kUsage} if one was not evaluated.

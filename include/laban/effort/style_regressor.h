@@ -11,52 +11,11 @@
 #include <Eigen/Dense>
 
 #include "laban/base/container.h"
+#include "laban/effort/content_map.h"
 #include "laban/effort/effort.h"
 #include "laban/learn/standardizer.h"
-#include "laban/math/pca.h"
 
 namespace laban::effort {
-
-struct ContentMapOptions {
-  /// Frames that a fragment is stretched to before it is flattened; >= 2. (Ours: the paper gives
-  /// none. 32 keeps the shape of the actions; more frames do not move the leading components.)
-  int frames = 32;
-  /// Principal components kept, c_i; the paper takes 2-3; >= 1.
-  int components = 3;
-
-  /// Broken rules, each naming field, value and rule; empty when valid.
-  [[nodiscard]] std::vector<std::string> problems() const;
-};
-
-/// What is done, as a few numbers: fragments stretched to one length, flattened and projected on
-/// the principal components of the database [Torresani06, 6].
-struct ContentMap {
-  int frames = 0;
-  math::Pca pca;  ///< of (rows * frames) numbers, frame by frame
-
-  /// The content coordinates c (pca.component_count() values) of D x F pose features, F >= 1.
-  /// @throws Error{kData} unless the features have the rows of the database.
-  [[nodiscard]] Eigen::VectorXd coordinates(
-      const Eigen::Ref<const Eigen::MatrixXd>& features) const;
-
-  /// Adds the arrays "<prefix>.mean", ".basis", ".variance", ".shape" to a model file.
-  void save(base::Container& container, const std::string& prefix) const;
-  /// @throws Error{kFormat} if an array is missing or sizes do not agree.
-  [[nodiscard]] static ContentMap load(const base::Container& container, const std::string& prefix);
-};
-
-/// Principal components of the stretched fragments of a database.
-///
-/// @param fragments  D x F_n pose features each (F_n may differ), e.g. PoseMatrix::angles.
-/// @throws Error{kUsage} if `options` has problems; Error{kData} if there is no fragment, one is
-///         empty or not finite, or their rows differ.
-[[nodiscard]] ContentMap fit_content_map(std::span<const Eigen::MatrixXd> fragments,
-                                         const ContentMapOptions& options = {});
-
-/// `features` (D x F, F >= 1) read at `frames` equal steps from first to last frame, linearly
-/// between frames; F = 1 repeats the frame.
-[[nodiscard]] Eigen::MatrixXd stretch(const Eigen::Ref<const Eigen::MatrixXd>& features,
-                                      int frames);
 
 /// The five regressors [Torresani06, 6 and table 1], METHODS 1.3.
 enum class RegressorKind {
@@ -122,9 +81,12 @@ struct RegressorGrid {
                                       10.0, 30.0, 100.0, 1e3, 1e4, 1e5};
   std::vector<double> linear_loss_weights = {1e-4, 1e-3, 3e-3, 1e-2, 3e-2,
                                              0.1,  0.3,  1.0,  10.0, 100.0};
-  std::vector<double> svr_relative_widths = {0.5, 0.7, 1.0, 1.4, 2.0, 4.0};
-  std::vector<double> svr_loss_weights = {0.3, 1.0, 3.0, 10.0, 30.0};
-  std::vector<double> svr_epsilons = {0.05, 0.2, 0.5};
+  std::vector<double> svr_relative_widths = {0.5, 0.7, 1.0, 1.4, 2.0};
+  std::vector<double> svr_loss_weights = {1.0, 5.0, 25.0, 100.0};
+  std::vector<double> svr_epsilons = {0.05, 0.25};
+
+  /// Broken rules, each naming field, value and rule; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
 };
 
 struct StyleRegressorOptions {
@@ -165,20 +127,48 @@ struct StyleScratch {
   Eigen::MatrixXd kernel;
 };
 
-/// Effort of a blend from z: one function a factor, all of the form
-///   f(z) = [linear interpolation] + offset + weights' s(z) + sum_n a_n exp(-|s(z) - x_n|^2 / 2w^2)
-/// with s the standardization. Immutable; const members may be called from many threads.
+/// What a StyleRegressor is made of; C centers (0 if no factor uses a kernel), D features. The form
+/// of every kind, for a factor f with s(z) the standardized features:
+///   interpolation_f * linear interpolation + offset_f + weights_f' s(z)
+///     + sum_n coefficients_fn exp(-|s(z) - center_n|^2 / (2 width_f^2))
+struct StyleRegressorState {
+  RegressorKind kind = RegressorKind::kLinearInterpolation;
+  /// Then center n and center n + C / 2 are one training blend told from its two ends.
+  bool symmetric = false;
+  learn::Standardizer scale;
+  Eigen::Vector3d interpolation = Eigen::Vector3d::Zero();  ///< 0 or 1
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  Eigen::Matrix3Xd weights;       ///< 3 x D
+  Eigen::MatrixXd centers;        ///< D x C, standardized training features
+  Eigen::Matrix3Xd coefficients;  ///< 3 x C
+  /// s^2 of the kernel machine read as a Gaussian process, by factor; 0 if it is none.
+  Eigen::Vector3d signal_variance = Eigen::Vector3d::Zero();
+  std::array<FactorFit, kFactorCount> fits;
+};
+
+/// Predicts the Effort of a blend from z. Immutable; const members may be called from many threads.
 class StyleRegressor {
  public:
-  /// Learns from labelled blends; see fit_style_regressor.
-  [[nodiscard]] RegressorKind kind() const noexcept { return kind_; }
-  [[nodiscard]] int feature_rows() const noexcept { return static_cast<int>(scale_.mean.size()); }
-  [[nodiscard]] bool symmetric() const noexcept { return symmetric_; }
-  [[nodiscard]] const std::array<FactorFit, kFactorCount>& fits() const noexcept { return fits_; }
+  /// From its parts; use fit_style_regressor to learn one.
+  /// @throws Error{kData} if sizes do not agree, a value is not finite, or a width is not > 0
+  ///         where a factor has a coefficient.
+  explicit StyleRegressor(StyleRegressorState state);
+
+  [[nodiscard]] RegressorKind kind() const noexcept { return state_.kind; }
+  [[nodiscard]] int feature_rows() const noexcept {
+    return static_cast<int>(state_.scale.mean.size());
+  }
+  /// Predictions do not depend on the order of i and j.
+  [[nodiscard]] bool symmetric() const noexcept { return state_.symmetric; }
+  [[nodiscard]] const std::array<FactorFit, kFactorCount>& fits() const noexcept {
+    return state_.fits;
+  }
+  [[nodiscard]] const StyleRegressorState& state() const noexcept { return state_; }
 
   /// 3 x N predictions, not clipped to [-3, 3].
   /// @param z  D x N. @throws Error{kData} unless D = feature_rows().
-  /// Time about N * (training samples, twice if symmetric) * (3 exponentials + D multiplications).
+  /// Time about N * C * (3 exponentials + D multiplications); C is the number of training samples,
+  /// twice that if symmetric.
   [[nodiscard]] Eigen::Matrix3Xd predict(const Eigen::Ref<const Eigen::MatrixXd>& z) const;
   [[nodiscard]] Eigen::Matrix3Xd predict(const Eigen::Ref<const Eigen::MatrixXd>& z,
                                          StyleScratch& scratch) const;
@@ -194,7 +184,9 @@ class StyleRegressor {
                                                 std::span<const double> alphas,
                                                 StyleScratch& scratch) const;
 
-  /// Kernel ridge read as a Gaussian process; nullopt for the kinds that are none (1, 2 and 4).
+  /// Kernel ridge read as a Gaussian process (its noise variance is s^2 / U); nullopt for the kinds
+  /// that are none: linear interpolation, linear ridge and SVR. Factorises the kernel at each call:
+  /// give it all columns at once.
   [[nodiscard]] std::optional<StylePrediction> predict_with_error(
       const Eigen::Ref<const Eigen::MatrixXd>& z) const;
 
@@ -205,19 +197,8 @@ class StyleRegressor {
                                            const std::string& prefix);
 
  private:
-  friend class StyleRegressorBuilder;
-  StyleRegressor() = default;
-
-  RegressorKind kind_ = RegressorKind::kLinearInterpolation;
-  bool symmetric_ = false;
-  learn::Standardizer scale_;
-  std::array<FactorFit, kFactorCount> fits_;
-  double interpolation_ = 0.0;       // 1 where linear interpolation is added, else 0
-  Eigen::Vector3d offset_;           // 3
-  Eigen::Matrix3Xd weights_;         // 3 x D; no columns if none is linear
-  Eigen::MatrixXd centers_;          // D x C standardized samples; no columns if no kernel
-  Eigen::Matrix3Xd coefficients_;    // 3 x C
-  Eigen::Vector3d signal_variance_;  // s^2 of the Gaussian process; 0 if none
+  StyleRegressorState state_;
+  Eigen::VectorXd center_norms_;  // C squared norms of the centers
 };
 
 /// Learns one regressor a factor. Hyper-parameters are chosen by cross-validation on these samples
