@@ -2,6 +2,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <numbers>
 #include <unordered_map>
 #include <unordered_set>
@@ -14,6 +16,7 @@ namespace laban::io {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kQuarterTurn = std::numbers::pi / 2.0;
 
 // A rotation is off by at most the sum of its three angles' errors: 3 * 0.5e-6 < 1e-5 degrees.
 constexpr int kAngleDecimals = 6;
@@ -29,19 +32,23 @@ constexpr double kStillM = 1e-7;
 // first angle will do, as the third is computed after it.
 constexpr double kGimbalCosine = 1e-6;
 
+constexpr std::array<double, 16> kPowersOfTen = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+constexpr double kWholeLimit = 9007199254740992.0;  // 2^53: below it doubles hold every integer
+
 /// Appends numbers as text, without exponents, which not every reader knows.
 class NumberWriter {
  public:
   explicit NumberWriter(std::string& text) : text_(text) {}
 
-  /// Rounded to `decimals` digits after the point; trailing zeros are left out.
+  /// Rounded to `decimals` (at most 15) digits after the point; trailing zeros are left out.
   void append(double value, int decimals) {
-    std::string_view shown = in_digits(value, decimals);
-    if (decimals > 0) {
-      shown = shown.substr(0, shown.find_last_not_of('0') + 1);
-      if (shown.ends_with('.')) shown.remove_suffix(1);
+    const double scaled = std::round(value * kPowersOfTen[static_cast<std::size_t>(decimals)]);
+    if (std::abs(scaled) < kWholeLimit) {
+      append_scaled(static_cast<std::int64_t>(scaled), decimals);
+    } else {
+      append_shortest(value);  // so large that a double has hardly any decimals
     }
-    text_ += shown == "-0" ? "0" : shown;
   }
 
   /// As few digits as give the same double again.
@@ -53,11 +60,27 @@ class NumberWriter {
   }
 
  private:
-  std::string_view in_digits(double value, int decimals) {
-    const auto [last, status] =
-        std::to_chars(digits_.begin(), digits_.end(), value, std::chars_format::fixed, decimals);
+  /// whole / 10^decimals. Several times as fast as std::to_chars with a precision.
+  void append_scaled(std::int64_t whole, int decimals) {
+    while (decimals > 0 && whole % 10 == 0) {
+      whole /= 10;
+      --decimals;
+    }
+    if (whole < 0) text_ += '-';
+    const auto [last, status] = std::to_chars(digits_.begin(), digits_.end(), std::abs(whole));
     LABAN_CHECK(status == std::errc());
-    return {digits_.data(), static_cast<std::size_t>(last - digits_.data())};
+    const std::string_view digits(digits_.data(), static_cast<std::size_t>(last - digits_.data()));
+    const auto after_point = static_cast<std::size_t>(decimals);
+    if (digits.size() <= after_point) {
+      text_ += "0.";
+      text_.append(after_point - digits.size(), '0');
+      text_ += digits;
+    } else {
+      text_ += digits.substr(0, digits.size() - after_point);
+      if (after_point == 0) return;
+      text_ += '.';
+      text_ += digits.substr(digits.size() - after_point);
+    }
   }
 
   std::string& text_;

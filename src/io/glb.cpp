@@ -261,7 +261,7 @@ json make_animation(Buffer& buffer, const motion::Clip& clip, const std::string&
   for (int j = 0; j < clip.joint_count(); ++j) {
     for (int f = 0; f < clip.frame_count(); ++f) {
       // Eigen stores x, y, z, w, as glTF does; Clip keeps neighbours in one hemisphere.
-      rotations.col(f) = clip.rotation(f, j).coeffs().cast<float>().normalized();
+      rotations.col(f) = clip.rotation(f, j).coeffs().cast<float>();
       translations.col(f) = clip.translation(f, j).cast<float>();
     }
     add_channel(animation, j, "rotation", times, buffer.add_floats(rotations, false));

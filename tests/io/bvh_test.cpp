@@ -1,6 +1,7 @@
 #include "laban/io/bvh.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <locale>
 #include <numbers>
@@ -88,6 +89,8 @@ const std::vector<Case> kBrokenFiles = {
     {"short_row", "20:22: expected 9 channel values, found 8"},
     {"short_first_row", "19:20: expected 9 channel values, found 8"},
     {"long_row", "20:25: expected 9 channel values, found 10"},
+    {"split_row", "20:10: expected 9 channel values, found 4"},
+    {"cut_in_first_row", "19:10: expected 9 channel values, found 4"},
     {"cut_in_row", "20:9: expected 9 channel values, found 4"},
     {"frame_time_zero",
      "18:13: Frame Time must be greater than 0; give the frame rate (--fps) instead"},
@@ -128,8 +131,16 @@ const std::vector<Case> kBrokenFiles = {
 TEST(ReadBvh, NamesTheFaultThePlaceAndTheMend) {
   for (const Case& broken : kBrokenFiles) {
     SCOPED_TRACE(broken.file);
-    EXPECT_EQ(error_of(file_text(broken.file + ".bvh")), "x.bvh:" + broken.message);
+    const std::string text = file_text(broken.file + ".bvh");
+    EXPECT_EQ(error_of(text), "x.bvh:" + broken.message);
+    EXPECT_EQ(error_of(with_line_ends(text, "\r\n")), "x.bvh:" + broken.message);
+    EXPECT_EQ(error_of(with_line_ends(text, "\r")), "x.bvh:" + broken.message);
   }
+}
+
+TEST(ReadBvh, CountsColumnsInCharacters) {
+  const std::string named = replaced(file_text("good.bvh"), "ROOT Hips\n{", "ROOT h\xC3\xA9 } {");
+  EXPECT_EQ(error_of("\xEF\xBB\xBF" + named), "x.bvh:2:9: expected '{', found '}'");
 }
 
 TEST(ReadBvh, ReadsWhatTheFileSays) {
@@ -192,6 +203,37 @@ TEST(ReadBvh, KeepsNamesWithSpacesAndColons) {
   const std::string text =
       replaced(file_text("good.bvh"), "JOINT Chest", "JOINT rig: left  chest \t");
   EXPECT_EQ(read_bvh(text, "x").clip.skeleton().joint(1).name, "rig: left  chest");
+}
+
+/// A number in one of the ways that exporters write them: 1 to 20 digits, with or without a point
+/// and an exponent.
+std::string random_number_text(Rng& rng) {
+  std::string text = rng.index(2) == 0 ? "-" : "";
+  const int digits = 1 + rng.index(20);
+  const int point = rng.index(digits + 2);
+  for (int i = 0; i < digits; ++i) {
+    if (i == point) text += '.';
+    text += static_cast<char>('0' + rng.index(10));
+  }
+  if (rng.index(4) == 0) text += (rng.index(2) == 0 ? "e" : "E-") + std::to_string(rng.index(9));
+  return text;
+}
+
+TEST(ReadBvh, ReadsEveryNumberToTheNearestDouble) {
+  Rng rng(8);
+  std::vector<double> expected;
+  std::string text =
+      "HIERARCHY\nROOT a { OFFSET 0 0 0 CHANNELS 1 Xposition }\n"
+      "MOTION\nFrames: 20000\nFrame Time: 1\n";
+  for (int i = 0; i < 20000; ++i) {
+    const std::string number = random_number_text(rng);
+    expected.push_back(std::strtod(number.c_str(), nullptr));
+    text += number + '\n';
+  }
+  const motion::Clip clip = read_bvh(text, "x", {.unit_m = 1.0}).clip;
+  for (int i = 0; i < 20000; ++i) {
+    ASSERT_EQ(clip.root_positions()(0, i), expected[static_cast<std::size_t>(i)]);
+  }
 }
 
 TEST(ReadBvh, TakesALeafWithoutAnEndSite) {
@@ -260,6 +302,7 @@ TEST(ReadBvh, SnapsTheFrameRateOnlyWhereFrameTimeIsRounded) {
       {"0.0417", 24.0},
       {"0.00714286", 140.0},
       {"0.008333333333333333", 120.0},
+      {"0.0083333333333333349", 120.0},  // the double after 1 / 120
       {"1", 1.0},
       {"0.01", 100.0},
       {"2.5", 0.4},
@@ -267,12 +310,12 @@ TEST(ReadBvh, SnapsTheFrameRateOnlyWhereFrameTimeIsRounded) {
       {"0.0084", 1 / 0.0084},
       {"0.0333667", 1 / 0.0333667},  // 29.97 Hz
       {"0.0417083", 1 / 0.0417083},  // 23.976 Hz
-      {"0.03", 1 / 0.03},            // one decimal says too little: 33.3, not 33
+      {"0.03", 1 / 0.03},            // two decimals say too little: 33.3, neither 33 nor 30
   };
   for (const Rate& rate : rates) {
     SCOPED_TRACE(rate.frame_time);
     const std::string text = replaced(file_text("good.bvh"), "0.0333333", rate.frame_time);
-    EXPECT_DOUBLE_EQ(read_bvh(text, "x").clip.frame_rate_hz(), rate.rate_hz);
+    EXPECT_EQ(read_bvh(text, "x").clip.frame_rate_hz(), rate.rate_hz);
   }
 }
 
@@ -725,6 +768,20 @@ TEST(WriteBvh, GivesPositionsOnlyToJointsThatNeedThem) {
   EXPECT_EQ(six, 3);  // joints 0, 2 and 4
 }
 
+TEST(Bvh, RoundTripKeepsSmallMovesOfJoints) {
+  std::vector<motion::Joint> joints = {{"Hips", -1, Eigen::Vector3d::Zero(), std::nullopt},
+                                       {"Spine", 0, {0.0, 0.25, 0.0}, std::nullopt}};
+  Eigen::Matrix3Xd moves = Eigen::Matrix3Xd::Zero(3, 4);
+  moves.col(1) << 0.0, 0.25, 0.0;
+  moves.col(3) << 0.0, 0.250005, 0.0;
+  const motion::Clip clip(std::make_shared<const motion::Skeleton>(std::move(joints)), 30.0,
+                          Eigen::Matrix3Xd::Zero(3, 2),
+                          std::vector<Eigen::Quaterniond>(4, Eigen::Quaterniond::Identity()),
+                          std::move(moves));
+  expect_round_trip(clip, {});
+  EXPECT_TRUE(read_bvh(write_bvh(clip).text, "x", {.unit_m = 0.01}).clip.has_translations());
+}
+
 TEST(WriteBvh, MakesNamesPlainAndUniqueAndReportsIt) {
   std::vector<motion::Joint> joints;
   for (const std::string name :
@@ -756,7 +813,8 @@ TEST(WriteBvh, RoundsToTheDecimalsAskedFor) {
   while (line != "Frame Time: 0.016666666666666666") ASSERT_TRUE(std::getline(rows, line));
   for (std::string value; rows >> value;) {
     const std::size_t point = value.find('.');
-    if (point != value.npos) EXPECT_LE(value.size() - point - 1, 2U) << value;
+    if (point == value.npos) continue;
+    EXPECT_LE(value.size() - point - 1, 2U) << value;
   }
 }
 

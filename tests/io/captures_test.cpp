@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(Folders, CapturesTest,
                          ::testing::Values(Expected{"bandai1", true, {30.0}},
                                            Expected{"cmu_dance", false, {120.0}},
                                            Expected{"cmu_clips", false, {30.0, 60.0, 120.0}}),
-                         [](const auto& info) { return info.param.folder; });
+                         [](const auto& folder) { return folder.param.folder; });
 
 }  // namespace
 }  // namespace laban::io
