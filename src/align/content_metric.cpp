@@ -146,9 +146,12 @@ Eigen::MatrixXd within_scatter(std::span<const Eigen::MatrixXd> angles, std::spa
   return sum / static_cast<double>(pairs.size());
 }
 
-// S_t v = lambda S_w v with v' S_w v = 1, largest lambda first; rows sqrt(lambda) v'.
-Eigen::MatrixXd discriminant_map(const Eigen::MatrixXd& total, const Eigen::MatrixXd& within,
-                                 double shrinkage, int dimensions) {
+// Two frames of one content differ by N(0, S_w), two unrelated ones by N(0, 2 S_t). The quadratic
+// part of the log-likelihood ratio is the metric M = S_w^-1 - (2 S_t)^-1 [Koestinger12]. With
+// S_t v = lambda S_w v, v' S_w v = 1 it is sum (1 - 1 / (2 lambda)) v v': what tells contents apart
+// counts about 1 whatever its size, what does not counts nothing (lambda <= 1/2: dropped).
+Eigen::MatrixXd likelihood_ratio_map(const Eigen::MatrixXd& total, const Eigen::MatrixXd& within,
+                                     double shrinkage, int dimensions) {
   const double mean_scatter = within.trace() / static_cast<double>(within.rows());
   const double floor = 1e-12;  // radians^2: motionless fragments still give a metric
   Eigen::MatrixXd shrunk = (1.0 - shrinkage) * within;
@@ -159,7 +162,8 @@ Eigen::MatrixXd discriminant_map(const Eigen::MatrixXd& total, const Eigen::Matr
                 "fit_content_metric: the scatter within contents has no square root; raise "
                 "ContentMetricOptions::shrinkage");
   }
-  const Eigen::VectorXd scale = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd lambda = solver.eigenvalues().cwiseMax(0.5);
+  const Eigen::VectorXd scale = (1.0 - 0.5 * lambda.array().inverse()).sqrt();
   const Eigen::MatrixXd rows = scale.asDiagonal() * solver.eigenvectors().transpose();
   return rows.colwise().reverse().topRows(dimensions);
 }
@@ -253,8 +257,8 @@ std::vector<std::string> ContentMetricOptions::problems() const {
     found.push_back("ContentMetricOptions::shrinkage = " + std::to_string(shrinkage) +
                     " (must be in [0, 1])");
   }
-  if (dimensions.has_value() && (*dimensions < 1 || *dimensions > kAngleRowCount)) {
-    found.push_back("ContentMetricOptions::dimensions = " + std::to_string(*dimensions) +
+  if (dimensions < 1 || dimensions > kAngleRowCount) {
+    found.push_back("ContentMetricOptions::dimensions = " + std::to_string(dimensions) +
                     " (must be 1 to 63)");
   }
   if (threads < 0) {
@@ -273,15 +277,15 @@ ContentMetric fit_content_metric(std::span<const PoseMatrix> fragments, std::spa
   require_sizes(fragments.size(), groups.size(), "groups");
   require_sizes(fragments.size(), performers.size(), "performers");
 
-  const int dimensions = options.dimensions.value_or(kAngleRowCount);
+  const int dimensions = options.dimensions;
   Eigen::VectorXd reference = common_reference(fragments);
   const std::vector<Eigen::MatrixXd> angles = centered_angles(fragments, performers, reference);
   const Eigen::MatrixXd total = covariance(angles);
   const std::vector<Pair> pairs = same_content_pairs(groups, performers);
   Eigen::MatrixXd map =
       pairs.empty() ? spread_map(total, options.shrinkage, dimensions)
-                    : discriminant_map(total, within_scatter(angles, pairs, options.threads),
-                                       options.shrinkage, dimensions);
+                    : likelihood_ratio_map(total, within_scatter(angles, pairs, options.threads),
+                                           options.shrinkage, dimensions);
   return {std::move(map), std::move(reference)};
 }
 

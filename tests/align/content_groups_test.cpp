@@ -1,0 +1,187 @@
+#include "laban/align/content_groups.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "laban/align/dtw.h"
+#include "laban/base/error.h"
+#include "laban/base/rng.h"
+
+#include "features.h"
+
+namespace laban::align {
+namespace {
+
+using test::random_features;
+
+std::vector<Eigen::MatrixXd> some_features(int count, base::Rng& rng) {
+  std::vector<Eigen::MatrixXd> features;
+  for (int i = 0; i < count; ++i) features.push_back(random_features(3, 5 + rng.index(20), rng));
+  return features;
+}
+
+Eigen::MatrixXd random_distances(int count, base::Rng& rng) {
+  Eigen::MatrixXd distances = Eigen::MatrixXd::Zero(count, count);
+  for (int i = 0; i < count; ++i) {
+    for (int j = i + 1; j < count; ++j) distances(i, j) = distances(j, i) = rng.uniform();
+  }
+  return distances;
+}
+
+TEST(AllPairCosts, AreTheAlignmentsOfAllPairsForAnyNumberOfThreads) {
+  base::Rng rng(1);
+  const auto features = some_features(7, rng);
+  const PairCosts costs = all_pair_costs(features);
+  for (int i = 0; i < 7; ++i) {
+    for (int j = 0; j < 7; ++j) {
+      const DtwResult pair =
+          dtw(features[static_cast<std::size_t>(i)], features[static_cast<std::size_t>(j)]);
+      EXPECT_NEAR(costs.cost(i, j), pair.cost, 1e-9);
+      EXPECT_NEAR(costs.mean_cost(i, j), pair.mean_cost(), 1e-9);
+    }
+  }
+  const PairCosts again = all_pair_costs(features, 4);
+  EXPECT_EQ(again.cost, costs.cost);
+  EXPECT_EQ(again.mean_cost, costs.mean_cost);
+}
+
+// Average linkage by its definition: groups as sets, their distance as a double loop.
+std::set<std::set<int>> plain_average_linkage(const Eigen::MatrixXd& distances, int group_count) {
+  std::vector<std::set<int>> groups;
+  for (int i = 0; i < distances.rows(); ++i) groups.push_back({i});
+  while (static_cast<int>(groups.size()) > group_count) {
+    double best = std::numeric_limits<double>::infinity();
+    std::size_t first = 0;
+    std::size_t second = 0;
+    for (std::size_t a = 0; a < groups.size(); ++a) {
+      for (std::size_t b = a + 1; b < groups.size(); ++b) {
+        double sum = 0.0;
+        for (const int i : groups[a]) {
+          for (const int j : groups[b]) sum += distances(i, j);
+        }
+        const double mean = sum / static_cast<double>(groups[a].size() * groups[b].size());
+        if (mean < best) {
+          best = mean;
+          first = a;
+          second = b;
+        }
+      }
+    }
+    groups[first].insert(groups[second].begin(), groups[second].end());
+    groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(second));
+  }
+  return {groups.begin(), groups.end()};
+}
+
+std::set<std::set<int>> as_sets(const std::vector<int>& groups) {
+  std::map<int, std::set<int>> members;
+  for (std::size_t i = 0; i < groups.size(); ++i) members[groups[i]].insert(static_cast<int>(i));
+  std::set<std::set<int>> sets;
+  for (const auto& [group, set] : members) sets.insert(set);
+  return sets;
+}
+
+TEST(ContentGroups, EqualAverageLinkageByDefinition) {
+  base::Rng rng(2);
+  for (int trial = 0; trial < 30; ++trial) {
+    SCOPED_TRACE(trial);
+    const int count = 2 + rng.index(12);
+    const Eigen::MatrixXd distances = random_distances(count, rng);
+    const int group_count = 1 + rng.index(count);
+    EXPECT_EQ(as_sets(content_groups(distances, {.group_count = group_count})),
+              plain_average_linkage(distances, group_count));
+  }
+}
+
+TEST(ContentGroups, StopAtTheThreshold) {
+  Eigen::MatrixXd distances(4, 4);
+  distances << 0, 1, 8, 9,  //
+      1, 0, 9, 8,           //
+      8, 9, 0, 2,           //
+      9, 8, 2, 0;
+  EXPECT_THAT(content_groups(distances, {.threshold = 0.5}), testing::ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(content_groups(distances, {.threshold = 1.5}), testing::ElementsAre(0, 0, 1, 2));
+  EXPECT_THAT(content_groups(distances, {.threshold = 8.4}), testing::ElementsAre(0, 0, 1, 1));
+  EXPECT_THAT(content_groups(distances, {.threshold = 8.6}), testing::ElementsAre(0, 0, 0, 0));
+}
+
+TEST(Nearest, ListsFragmentsByMeanCostAndItselfFirst) {
+  base::Rng rng(3);
+  const auto features = some_features(9, rng);
+  const std::vector<Neighbor> all = nearest(features[4], features, 20);
+  ASSERT_EQ(all.size(), 9U);
+  EXPECT_EQ(all[0].fragment, 4);
+  EXPECT_EQ(all[0].cost, 0.0);
+  for (std::size_t n = 1; n < all.size(); ++n) EXPECT_LE(all[n - 1].mean_cost, all[n].mean_cost);
+  const std::vector<Neighbor> three = nearest(features[4], features, 3);
+  ASSERT_EQ(three.size(), 3U);
+  EXPECT_EQ(three[2].fragment, all[2].fragment);
+  const std::vector<int> candidates = {7, 2};
+  const std::vector<Neighbor> some = nearest(features[4], features, 3, candidates);
+  ASSERT_EQ(some.size(), 2U);
+  for (const Neighbor& neighbor : some)
+    EXPECT_TRUE(neighbor.fragment == 7 || neighbor.fragment == 2);
+}
+
+TEST(GroupCostStatistics, AreMedianAndDearestNearestNeighbour) {
+  Eigen::MatrixXd cost(6, 6);
+  cost << 0, 1, 2, 9, 9, 9,  //
+      1, 0, 4, 9, 9, 9,      //
+      2, 4, 0, 9, 9, 9,      //
+      9, 9, 9, 0, 5, 9,      //
+      9, 9, 9, 5, 0, 9,      //
+      9, 9, 9, 9, 9, 0;
+  const std::vector<int> groups = {0, 0, 0, 1, 1, 2};
+  const auto statistics = group_cost_statistics(cost, groups, 2.0);
+  ASSERT_EQ(statistics.size(), 3U);
+  EXPECT_EQ(statistics[0].median, 2.0);
+  EXPECT_EQ(statistics[0].threshold, 4.0);  // nearest others at 1, 1, 2
+  EXPECT_EQ(statistics[1].median, 5.0);
+  EXPECT_EQ(statistics[1].threshold, 10.0);
+  EXPECT_FALSE(statistics[2].has_pairs);
+  EXPECT_EQ(statistics[2].threshold, 10.0);
+}
+
+template <typename Call>
+std::string message_of(base::ErrorKind kind, const Call& call) {
+  try {
+    call();
+  } catch (const base::Error& error) {
+    EXPECT_EQ(error.kind(), kind);
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(ContentGroups, RefuseWrongOptionsAndDistances) {
+  const Eigen::MatrixXd distances = Eigen::MatrixXd::Zero(3, 3);
+  using base::ErrorKind;
+  EXPECT_EQ(message_of(ErrorKind::kUsage, [&] { (void)content_groups(distances, {}); }),
+            "ClusterOptions: exactly one of group_count and threshold must be given");
+  EXPECT_EQ(
+      message_of(ErrorKind::kUsage, [&] { (void)content_groups(distances, {.group_count = 4}); }),
+      "ClusterOptions::group_count = 4 (must be at most the 3 items)");
+  EXPECT_EQ(
+      message_of(ErrorKind::kData,
+                 [&] { (void)content_groups(Eigen::MatrixXd::Zero(2, 3), {.group_count = 1}); }),
+      "content_groups: distances are 2 x 3 (must be square, symmetric and finite)");
+  EXPECT_EQ(message_of(ErrorKind::kUsage,
+                       [&] {
+                         (void)nearest(distances, {&distances, 1}, 0);
+                       }),
+            "nearest: count = 0 (must be >= 1)");
+  const std::vector<int> candidates = {1};
+  EXPECT_EQ(message_of(ErrorKind::kUsage,
+                       [&] {
+                         (void)nearest(distances, {&distances, 1}, 1, candidates);
+                       }),
+            "nearest: candidate 1 of 1 fragments");
+}
+
+}  // namespace
+}  // namespace laban::align

@@ -1,0 +1,255 @@
+#include "laban/align/content_metric.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "laban/align/dtw.h"
+#include "laban/base/error.h"
+#include "laban/math/rotation.h"
+#include "support/clips.h"
+
+namespace laban::align {
+namespace {
+
+using laban::test::random_pose_matrix;
+using motion::PoseMatrix;
+
+// Two contents by three performers: a smooth motion a content, smaller manners a performer.
+struct Corpus {
+  std::vector<PoseMatrix> poses;
+  std::vector<int> groups;
+  std::vector<int> performers;
+};
+
+Corpus small_corpus() {
+  Corpus corpus;
+  for (int group = 0; group < 2; ++group) {
+    for (int performer = 0; performer < 3; ++performer) {
+      const int frames = 30 + 4 * performer;
+      PoseMatrix pose = random_pose_matrix(
+          {.frames = frames, .seed = static_cast<unsigned>(group + 1), .amplitude_rad = 0.5});
+      const auto manner = static_cast<unsigned>(10 + group * 3 + performer);
+      pose.angles += 0.3 * random_pose_matrix({.frames = frames, .seed = manner}).angles;
+      corpus.poses.push_back(pose);
+      corpus.groups.push_back(group);
+      corpus.performers.push_back(performer);
+    }
+  }
+  return corpus;
+}
+
+TEST(OnBranchOf, UndoesAWholeTurnForAllFrames) {
+  const PoseMatrix pose = random_pose_matrix({.frames = 30, .amplitude_rad = 0.4});
+  Eigen::MatrixXd base = pose.angles;
+  base.row(3).array() += 2.5;  // joint 1 swings about a pose 2.5 rad away
+  Eigen::MatrixXd other = base;
+  for (int t = 0; t < 30; ++t) {
+    const Eigen::Vector3d r = base.col(t).segment<3>(3);
+    other.col(t).segment<3>(3) = r - 2.0 * std::numbers::pi * r.normalized();
+  }
+  const Eigen::VectorXd reference = base.rowwise().mean();
+  EXPECT_TRUE(on_branch_of(other, reference).isApprox(base, 1e-9));
+  EXPECT_EQ(on_branch_of(base, reference), base);
+}
+
+TEST(OnBranchOf, KeepsTheRotationsAndTheContinuity) {
+  PoseMatrix pose = random_pose_matrix({.frames = 40});
+  pose.angles.row(30).array() += 4.0;  // beyond pi: the reference is nearer the other way round
+  const Eigen::MatrixXd moved = on_branch_of(pose.angles, Eigen::VectorXd::Zero(63));
+  for (int t = 0; t < 40; ++t) {
+    for (int row = 0; row < 63; row += 3) {
+      EXPECT_NEAR(math::angle_between(math::exp(moved.col(t).segment<3>(row)),
+                                      math::exp(pose.angles.col(t).segment<3>(row))),
+                  0.0, 1e-7);
+      if (t > 0) {
+        EXPECT_LT((moved.col(t) - moved.col(t - 1)).segment<3>(row).norm(), 1.0);
+      }
+    }
+  }
+  EXPECT_LT(moved.squaredNorm(), pose.angles.squaredNorm());
+}
+
+TEST(ContentMetric, RawFeaturesAreTheAngles) {
+  const PoseMatrix pose = random_pose_matrix();
+  EXPECT_EQ(ContentMetric::raw().features(pose, Eigen::VectorXd::Ones(63)), pose.angles);
+}
+
+// The scatter matrices by their definitions, with loops.
+struct Scatter {
+  Eigen::MatrixXd within = Eigen::MatrixXd::Zero(63, 63);
+  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(63, 63);
+};
+
+Scatter plain_scatter(const Corpus& corpus) {
+  std::vector<Eigen::MatrixXd> angles;
+  for (std::size_t i = 0; i < corpus.poses.size(); ++i) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(63);
+    double count = 0.0;
+    for (std::size_t j = 0; j < corpus.poses.size(); ++j) {
+      if (corpus.performers[j] != corpus.performers[i]) continue;
+      sum += corpus.poses[j].angles.rowwise().sum();
+      count += corpus.poses[j].frame_count();
+    }
+    angles.push_back(corpus.poses[i].angles.colwise() - sum / count);
+  }
+  Scatter scatter;
+  double frames = 0.0;
+  double pairs = 0.0;
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    scatter.total += angles[i] * angles[i].transpose();  // the overall mean is 0 by construction
+    frames += static_cast<double>(angles[i].cols());
+    for (std::size_t j = i + 1; j < angles.size(); ++j) {
+      if (corpus.groups[i] != corpus.groups[j] || corpus.performers[i] == corpus.performers[j]) {
+        continue;
+      }
+      const auto path = dtw(angles[i], angles[j]).path;
+      for (const FramePair& pair : path) {
+        const Eigen::VectorXd d = angles[i].col(pair.p) - angles[j].col(pair.q);
+        scatter.within += d * d.transpose() / static_cast<double>(path.size());
+      }
+      pairs += 1.0;
+    }
+  }
+  scatter.total /= frames;
+  scatter.within /= pairs;
+  return scatter;
+}
+
+TEST(FitContentMetric, IsTheLikelihoodRatioOfItsScatterMatrices) {
+  const Corpus corpus = small_corpus();
+  const double shrinkage = 0.2;
+  const Scatter scatter = plain_scatter(corpus);
+  const Eigen::MatrixXd within =
+      (1.0 - shrinkage) * scatter.within +
+      shrinkage * scatter.within.trace() / 63.0 * Eigen::MatrixXd::Identity(63, 63);
+  // By whitening S_w and clipping the eigenvalues of the whitened S_t, instead of the generalised
+  // eigenproblem.
+  const Eigen::LLT<Eigen::MatrixXd> llt(within);
+  const Eigen::MatrixXd root = llt.matrixL();
+  const Eigen::MatrixXd inverse_root = root.inverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> whitened(inverse_root * scatter.total *
+                                                                inverse_root.transpose());
+  const Eigen::VectorXd weight = (1.0 - 0.5 / whitened.eigenvalues().array().max(0.5)).matrix();
+  const Eigen::MatrixXd expected = inverse_root.transpose() * whitened.eigenvectors() *
+                                   weight.asDiagonal() * whitened.eigenvectors().transpose() *
+                                   inverse_root;
+  const ContentMetric metric = fit_content_metric(corpus.poses, corpus.groups, corpus.performers,
+                                                  {.shrinkage = shrinkage, .dimensions = 63});
+  EXPECT_GT(weight.maxCoeff(), 0.5);  // there is something to find
+  EXPECT_TRUE((metric.map().transpose() * metric.map()).isApprox(expected, 1e-6));
+}
+
+TEST(FitContentMetric, LeadingDimensionsAreThoseOfTheWholeMap) {
+  const Corpus corpus = small_corpus();
+  const ContentMetric all =
+      fit_content_metric(corpus.poses, corpus.groups, corpus.performers, {.dimensions = 63});
+  const ContentMetric few =
+      fit_content_metric(corpus.poses, corpus.groups, corpus.performers, {.dimensions = 7});
+  EXPECT_EQ(few.dimension_count(), 7);
+  EXPECT_EQ(few.map(), all.map().topRows(7));
+}
+
+TEST(FitContentMetric, ForgetsAPerformersConstantPosture) {
+  const Corpus corpus = small_corpus();
+  Corpus stooped = corpus;
+  for (std::size_t i = 0; i < stooped.poses.size(); ++i) {
+    if (stooped.performers[i] == 1) stooped.poses[i].angles.row(4).array() += 0.4;
+  }
+  const auto features = [](const Corpus& c) {
+    const ContentMetric metric = fit_content_metric(c.poses, c.groups, c.performers);
+    const std::vector<PoseMatrix> own = {c.poses[1], c.poses[4]};  // performer 1
+    return metric.features(c.poses[1], metric.mean_pose(own));
+  };
+  EXPECT_TRUE(features(stooped).isApprox(features(corpus), 1e-6));
+}
+
+TEST(FitContentMetric, BringsContentsApartBetterThanRawAngles) {
+  Corpus corpus = small_corpus();
+  for (std::size_t i = 0; i < corpus.poses.size(); ++i) {
+    corpus.poses[i].angles.row(10).array() += 1.0 * corpus.performers[i];  // posture confounds
+  }
+  const auto ratio = [&](const ContentMetric& metric) {
+    double inside = 0.0;
+    double between = 0.0;
+    for (std::size_t i = 0; i < corpus.poses.size(); ++i) {
+      for (std::size_t j = i + 1; j < corpus.poses.size(); ++j) {
+        const double cost =
+            dtw_cost(metric.features(corpus.poses[i], metric.mean_pose({&corpus.poses[i], 1})),
+                     metric.features(corpus.poses[j], metric.mean_pose({&corpus.poses[j], 1})))
+                .mean_cost();
+        (corpus.groups[i] == corpus.groups[j] ? inside : between) += cost;
+      }
+    }
+    return inside / between;
+  };
+  const ContentMetric learnt = fit_content_metric(corpus.poses, corpus.groups, corpus.performers);
+  EXPECT_LT(ratio(learnt), 0.5 * ratio(ContentMetric::raw()));
+}
+
+TEST(FitContentMetric, IsTheSameForAnyNumberOfThreads) {
+  const Corpus corpus = small_corpus();
+  const auto map = [&](int threads) {
+    return fit_content_metric(corpus.poses, corpus.groups, corpus.performers, {.threads = threads})
+        .map();
+  };
+  EXPECT_EQ(map(1), map(4));
+}
+
+TEST(FitContentMetric, WithoutGroupsScalesEveryJointToItsSpread) {
+  std::vector<PoseMatrix> poses = {random_pose_matrix({.frames = 200})};
+  poses[0].angles.middleRows(0, 3) *= 5.0;
+  poses[0].angles.bottomRows(3).setZero();  // a joint that the rig does not have
+  const ContentMetric metric =
+      fit_content_metric(poses, {}, {}, {.shrinkage = 0.0, .dimensions = 63});
+  const Eigen::MatrixXd features = metric.features(poses[0], metric.mean_pose(poses));
+  for (int row = 0; row < 60; row += 3) {
+    EXPECT_NEAR(features.middleRows(row, 3).squaredNorm() / (3 * 200), 1.0, 1e-6) << row;
+  }
+  EXPECT_EQ(features.bottomRows(3).squaredNorm(), 0.0);
+}
+
+TEST(FitContentMetric, SurvivesFragmentsThatDoNotMove) {
+  PoseMatrix still = random_pose_matrix({.frames = 4});
+  still.angles.colwise() = still.angles.col(0).eval();
+  const std::vector<PoseMatrix> poses(3, still);
+  const ContentMetric metric =
+      fit_content_metric(poses, std::vector<int>{0, 0, 1}, std::vector<int>{0, 1, 2});
+  EXPECT_TRUE(metric.features(still, metric.mean_pose(poses)).allFinite());
+}
+
+template <typename Call>
+std::string message_of(base::ErrorKind kind, const Call& call) {
+  try {
+    call();
+  } catch (const base::Error& error) {
+    EXPECT_EQ(error.kind(), kind);
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(FitContentMetric, RefusesWhatItCannotLearnFrom) {
+  const std::vector<PoseMatrix> poses(2, random_pose_matrix());
+  const std::vector<int> three(3, 0);
+  using base::ErrorKind;
+  EXPECT_EQ(message_of(ErrorKind::kData, [] { (void)fit_content_metric({}, {}, {}); }),
+            "fit_content_metric: no fragment");
+  EXPECT_EQ(message_of(ErrorKind::kUsage, [&] { (void)fit_content_metric(poses, three, {}); }),
+            "fit_content_metric: 3 groups for 2 fragments");
+  EXPECT_THAT(message_of(ErrorKind::kUsage,
+                         [&] { (void)fit_content_metric(poses, {}, {}, {.shrinkage = 2.0}); }),
+              testing::StartsWith("ContentMetricOptions::shrinkage = 2"));
+  EXPECT_EQ(message_of(ErrorKind::kUsage,
+                       [&] { (void)fit_content_metric(poses, {}, {}, {.dimensions = 64}); }),
+            "ContentMetricOptions::dimensions = 64 (must be 1 to 63)");
+  EXPECT_THAT(
+      message_of(ErrorKind::kData,
+                 [] { ContentMetric(Eigen::MatrixXd::Zero(2, 60), Eigen::VectorXd::Zero(63)); }),
+      testing::StartsWith("ContentMetric: map 2 x 60"));
+}
+
+}  // namespace
+}  // namespace laban::align

@@ -1,0 +1,137 @@
+#include "laban/align/segment_input.h"
+
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "laban/base/error.h"
+#include "support/clips.h"
+
+namespace laban::align {
+namespace {
+
+using laban::test::random_pose_matrix;
+using motion::PoseMatrix;
+
+// Four contents by three performers: a smooth motion a content, small manners a performer.
+struct Corpus {
+  std::vector<PoseMatrix> poses;
+  std::vector<int> groups;
+  std::vector<int> performers;
+};
+
+PoseMatrix take(int group, int performer) {
+  const int frames = 30 + 5 * group + 3 * performer;
+  PoseMatrix pose = random_pose_matrix(
+      {.frames = frames, .seed = static_cast<unsigned>(group + 1), .amplitude_rad = 0.6});
+  const auto manner = static_cast<unsigned>(20 + group * 5 + performer);
+  pose.angles += 0.15 * random_pose_matrix({.frames = frames, .seed = manner}).angles;
+  pose.angles.row(5).array() += 0.2 * performer;
+  return pose;
+}
+
+Corpus corpus_without(int left_out) {
+  Corpus corpus;
+  for (int group = 0; group < 4; ++group) {
+    for (int performer = 0; performer < 4; ++performer) {
+      if (performer == left_out) continue;
+      corpus.poses.push_back(take(group, performer));
+      corpus.groups.push_back(group);
+      corpus.performers.push_back(performer);
+    }
+  }
+  return corpus;
+}
+
+FragmentSet fragment_set(const Corpus& corpus) {
+  return {fit_content_metric(corpus.poses, corpus.groups, corpus.performers), corpus.poses,
+          corpus.groups, corpus.performers};
+}
+
+PoseMatrix joined(int performer, const std::vector<int>& contents, double posture) {
+  PoseMatrix input = take(contents[0], performer);
+  for (std::size_t n = 1; n < contents.size(); ++n) {
+    const PoseMatrix next = take(contents[n], performer);
+    Eigen::MatrixXd angles(63, input.frame_count() + next.frame_count());
+    angles << input.angles, next.angles;
+    input.angles = angles;
+  }
+  input.angles.row(13).array() += posture;
+  return input;
+}
+
+std::vector<int> contents_of(const InputSegmentation& segmentation, const FragmentSet& set) {
+  std::vector<int> contents;
+  for (const Snippet& snippet : segmentation.snippets) {
+    const int group = set.groups()[static_cast<std::size_t>(snippet.fragment)];
+    if (contents.empty() || contents.back() != group) contents.push_back(group);
+  }
+  return contents;
+}
+
+TEST(SegmentInput, FindsTheContentsOfAPerformerItHasNotSeen) {
+  for (int left_out = 0; left_out < 4; ++left_out) {
+    SCOPED_TRACE(left_out);
+    const FragmentSet set = fragment_set(corpus_without(left_out));
+    const std::vector<int> contents = {2, 0, 3, 1};
+    const auto result = segment_input(joined(left_out, contents, 0.5), set);
+    ASSERT_TRUE(result.has_value());
+    EXPECT_EQ(contents_of(*result, set), contents);
+    EXPECT_TRUE(result->converged);
+  }
+}
+
+TEST(SegmentInput, EveryRoundLowersTheCommonCost) {
+  const FragmentSet set = fragment_set(corpus_without(3));
+  const PoseMatrix input = joined(3, {1, 1, 2}, 0.5);  // its mean is not the performer's
+  double before = std::numeric_limits<double>::infinity();
+  for (int rounds = 0; rounds < 6; ++rounds) {
+    const auto result = segment_input(input, set, {.offset_rounds = rounds});
+    ASSERT_TRUE(result.has_value());
+    EXPECT_LE(result->cost, before * (1.0 + 1e-12));
+    EXPECT_LE(result->rounds, rounds);
+    before = result->cost;
+  }
+  EXPECT_LT(before, segment_input(input, set, {.offset_rounds = 0})->cost);
+}
+
+TEST(SegmentInput, DoesNotDependOnAConstantPosture) {
+  const FragmentSet set = fragment_set(corpus_without(2));
+  const auto plain = segment_input(joined(2, {0, 1, 2}, 0.0), set);
+  const auto stooped = segment_input(joined(2, {0, 1, 2}, 0.7), set);
+  EXPECT_TRUE(stooped->features.isApprox(plain->features, 1e-9));
+  EXPECT_NEAR(stooped->cost, plain->cost, 1e-9 * plain->cost);
+}
+
+TEST(SegmentInput, WithTheRawMetricIsThePapersSegmentation) {
+  const Corpus corpus = corpus_without(0);
+  const FragmentSet set(ContentMetric::raw(), corpus.poses, corpus.groups, corpus.performers);
+  const PoseMatrix input = joined(0, {3, 1}, 0.0);
+  const auto result = segment_input(input, set);
+  std::vector<Eigen::MatrixXd> angles;
+  for (const PoseMatrix& pose : corpus.poses) angles.push_back(pose.angles);
+  EXPECT_EQ(result->cost, segment(input.angles, angles)->cost);
+  EXPECT_EQ(result->rounds, 0);
+}
+
+TEST(SegmentInput, ReportsThatNoPathExists) {
+  const FragmentSet set = fragment_set(corpus_without(0));
+  const PoseMatrix input = take(0, 0).slice(0, 5);
+  EXPECT_FALSE(segment_input(input, set, {.steps = {.slope_limit = 2}}).has_value());
+}
+
+TEST(FragmentSet, RefusesSizesThatDiffer) {
+  const std::vector<PoseMatrix> poses(2, random_pose_matrix());
+  try {
+    const FragmentSet set(ContentMetric::raw(), poses, {0}, {0, 1});
+    FAIL() << "nothing was thrown";
+  } catch (const base::Error& error) {
+    EXPECT_EQ(error.kind(), base::ErrorKind::kData);
+    EXPECT_STREQ(error.what(),
+                 "FragmentSet: 2 fragments, 1 groups, 2 performers (must be as many, at least 1)");
+  }
+}
+
+}  // namespace
+}  // namespace laban::align
