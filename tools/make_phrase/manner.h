@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "control.h"
+
+namespace laban::phrase {
+
+/// How one performer does one action, after Laban's Effort factors (DESIGN 6): each level lies in
+/// [-1, 1], -1 the indulging pole, +1 the condensing one.
+struct Effort {
+  double weight = 0.0;  ///< light .. strong
+  double time = 0.0;    ///< sustained .. sudden
+  double flow = 0.0;    ///< free .. bound
+};
+
+/// What an Effort does to a score.
+struct Manner {
+  double size = 1.0;       ///< factor of an action's excursions
+  double pace = 1.0;       ///< factor of the length of its strokes
+  double linger = 1.0;     ///< factor of the length of its rests between strokes
+  double fluency = 0.5;    ///< Track: does the motion pass through its keys or stop at them
+  double attack = 0.0;     ///< Track: early or late peak of the speed
+  double lag_s = 0.0;      ///< how late a hand follows the pelvis
+  double overshoot = 0.0;  ///< share of a stroke by which a limb swings past its end
+  int hesitations = 0;     ///< near-stops
+  double depth = 0.0;      ///< of a hesitation, share of the speed lost
+  double tremor_deg = 0.0;
+};
+
+/// Strong is large, sudden quick: but kinetic energy grows with speed too, so a sudden mover is
+/// made smaller and a bound one, whose stops cost speed, larger and calmer. Measured on the result,
+/// the three factors are then nearly independent.
+[[nodiscard]] Manner manner_of(const Effort& effort);
+
+/// The Effort of each performer in each action: for an action and a factor the performers take
+/// evenly spread levels (a Latin hypercube); part of each order is the performer's temperament, the
+/// rest is drawn for the action. Of many draws the one whose factors correlate least is taken.
+///
+/// @returns [action][performer].
+[[nodiscard]] std::vector<std::vector<Effort>> draw_efforts(int action_count, int performer_count,
+                                                            std::uint64_t seed);
+
+}  // namespace laban::phrase
