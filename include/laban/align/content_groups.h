@@ -22,8 +22,9 @@ struct PairCosts {
 
 /// When agglomerative clustering stops: exactly one of the two is given.
 struct ClusterOptions {
-  std::optional<int> group_count;   ///< at this many groups, 1 .. N
-  std::optional<double> threshold;  ///< when the nearest two groups are farther apart than this
+  std::optional<int> group_count = std::nullopt;  ///< at this many groups, 1 .. N
+  std::optional<double> threshold =
+      std::nullopt;  ///< when the nearest two groups are farther apart than this
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;

@@ -27,7 +27,7 @@ struct SegmentOptions {
   double snippet_cost = 0.0;
   /// A snippet may run at most this many times faster or slower than its fragment, everywhere
   /// along it; >= 2. nullopt: free steps.
-  std::optional<int> slope_limit;
+  std::optional<int> slope_limit = std::nullopt;
 
   /// Broken rules, each like "SegmentOptions::snippet_cost = -1 (must be >= 0)"; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;

@@ -42,7 +42,7 @@ class FragmentSet {
 
 /// How an input of an unknown performer is matched.
 struct SegmentInputOptions {
-  SegmentOptions steps;  ///< snippet cost and slope limit of the dynamic programming
+  SegmentOptions steps = {};  ///< snippet cost and slope limit of the dynamic programming
   /// Most rounds of estimating the input's offset and segmenting again, >= 0; 0 keeps the plain
   /// mean of its frames.
   int offset_rounds = 10;

@@ -1,0 +1,344 @@
+// Are five actions of an unseen performer, joined into one input, found again? The figure:
+// one performer (or style) is left out, his actions are joined in three fixed orders, the database
+// holds every other performer's takes, and the metric is learnt from the database alone. Right
+// means the contents in order, equal neighbours merged. METHODS 1.5 tells what trials got. Also
+// printed: how well clustering by DTW alone finds the contents, and which it confuses.
+//
+// Usage: segmentation_study FOLDER PATTERN CONTENT,CONTENT,.. [TAKE]
+//   e.g. PATTERN 'dataset-1_{content}_{performer}_{take}', contents bow,bye,byebye,guide,walk, and
+//   001: the take that is joined where a performer has several.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <numeric>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "laban/align/content_groups.h"
+#include "laban/align/content_metric.h"
+#include "laban/align/segment_input.h"
+#include "laban/base/error.h"
+#include "laban/io/clip_file.h"
+#include "laban/math/parallel.h"
+#include "laban/math/statistics.h"
+#include "laban/motion/humanoid.h"
+#include "laban/motion/resample.h"
+#include "laban/motion/retarget.h"
+
+namespace {
+
+using namespace laban;
+
+struct Take {
+  int content;
+  int performer;
+  std::string take;
+  motion::Capture capture;
+  motion::PoseMatrix pose;
+};
+
+struct Corpus {
+  std::vector<std::string> contents;
+  std::vector<std::string> performers;
+  std::vector<Take> takes;
+};
+
+// The fields of a file's stem under a pattern such as "{content}_{performer}".
+class NamePattern {
+ public:
+  explicit NamePattern(const std::string& pattern) {
+    std::string expression;
+    for (std::size_t at = 0; at < pattern.size(); ++at) {
+      const std::size_t end = pattern[at] == '{' ? pattern.find('}', at) : std::string::npos;
+      if (end == std::string::npos) {
+        expression += std::string("[") + pattern[at] + "]";
+        continue;
+      }
+      fields_.push_back(pattern.substr(at + 1, end - at - 1));
+      expression += "(.+?)";
+      at = end;
+    }
+    regex_ = std::regex(expression);
+  }
+
+  [[nodiscard]] std::map<std::string, std::string> match(const std::string& stem) const {
+    std::map<std::string, std::string> found;
+    std::smatch parts;
+    if (!std::regex_match(stem, parts, regex_)) return found;
+    for (std::size_t n = 0; n < fields_.size(); ++n) found[fields_[n]] = parts[n + 1];
+    return found;
+  }
+
+ private:
+  std::vector<std::string> fields_;
+  std::regex regex_;
+};
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts(1);
+  for (const char c : list) {
+    if (c == ',') {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+int index_in(std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) names.push_back(name);
+  return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+Corpus read_corpus(const std::filesystem::path& folder, const NamePattern& pattern,
+                   const std::vector<std::string>& contents) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".bvh") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  Corpus corpus{contents, {}, {}};
+  double frame_rate_hz = 0.0;
+  for (const auto& path : files) {
+    auto fields = pattern.match(path.stem().string());
+    const auto content = std::find(contents.begin(), contents.end(), fields["content"]);
+    if (content == contents.end()) continue;
+    motion::Capture capture = motion::find_capture(io::read_clip(path).clip);
+    if (frame_rate_hz == 0.0) frame_rate_hz = capture.clip.frame_rate_hz();
+    capture.clip = motion::resample(capture.clip, frame_rate_hz);
+    motion::PoseMatrix pose = motion::to_pose_matrix(capture.clip, capture.humanoid);
+    corpus.takes.push_back({static_cast<int>(content - contents.begin()),
+                            index_in(corpus.performers, fields["performer"]), fields["take"],
+                            std::move(capture), std::move(pose)});
+  }
+  return corpus;
+}
+
+// The rows of several takes, one after the other, as one clip.
+motion::PoseMatrix joined(const std::vector<const Take*>& takes) {
+  const motion::Clip& first = takes[0]->capture.clip;
+  std::vector<Eigen::Quaterniond> rotations;
+  int frame_count = 0;
+  for (const Take* take : takes) {
+    const motion::Clip& clip = take->capture.clip;
+    for (int t = 0; t < clip.frame_count(); ++t) {
+      const auto frame = clip.rotations(t);
+      rotations.insert(rotations.end(), frame.begin(), frame.end());
+    }
+    frame_count += clip.frame_count();
+  }
+  const motion::Clip clip(first.shared_skeleton(), first.frame_rate_hz(),
+                          Eigen::Matrix3Xd::Zero(3, frame_count), std::move(rotations));
+  return motion::to_pose_matrix(clip, takes[0]->capture.humanoid);
+}
+
+struct Score {
+  int right = 0;
+  int runs = 0;
+  double right_frames = 0.0;
+  double frames = 0.0;
+  std::vector<double> boundary_errors_s;  // of right runs
+  std::vector<std::string> wrong;         // what was found instead
+
+  void add(const Score& other) {
+    right += other.right;
+    runs += other.runs;
+    right_frames += other.right_frames;
+    frames += other.frames;
+    boundary_errors_s.insert(boundary_errors_s.end(), other.boundary_errors_s.begin(),
+                             other.boundary_errors_s.end());
+    wrong.insert(wrong.end(), other.wrong.begin(), other.wrong.end());
+  }
+};
+
+struct Run {
+  std::vector<int> order;        // contents joined
+  std::vector<int> begin_frame;  // of each, and the end of the last
+  motion::PoseMatrix input;
+};
+
+void judge(const Run& run, const std::vector<align::Snippet>& snippets,
+           const std::vector<int>& groups, const Corpus& corpus, int performer, Score& score) {
+  std::vector<int> found;
+  std::vector<int> begins;
+  std::string told = corpus.performers[static_cast<std::size_t>(performer)] + ":";
+  for (const align::Snippet& snippet : snippets) {
+    const int content = groups[static_cast<std::size_t>(snippet.fragment)];
+    told += ' ' + corpus.contents[static_cast<std::size_t>(content)] + ' ' +
+            std::to_string(snippet.end - snippet.begin);
+    if (found.empty() || found.back() != content) {
+      found.push_back(content);
+      begins.push_back(snippet.begin);
+    }
+    for (std::size_t n = 0; n < run.order.size(); ++n) {
+      if (run.order[n] != content) continue;
+      const int overlap = std::min(snippet.end, run.begin_frame[n + 1]) -
+                          std::max(snippet.begin, run.begin_frame[n]);
+      score.right_frames += std::max(0, overlap);
+    }
+  }
+  score.frames += run.begin_frame.back();
+  ++score.runs;
+  if (found != run.order) {
+    score.wrong.push_back(told);
+    return;
+  }
+  ++score.right;
+  for (std::size_t n = 1; n < begins.size(); ++n) {
+    score.boundary_errors_s.push_back(std::abs(begins[n] - run.begin_frame[n]) /
+                                      run.input.frame_rate_hz);
+  }
+}
+
+// The three fixed orders: as listed, reversed, and every other one first (1-3-5-2-4).
+std::vector<std::vector<int>> orders_of(int content_count) {
+  std::vector<int> listed(static_cast<std::size_t>(content_count));
+  std::iota(listed.begin(), listed.end(), 0);
+  std::vector<int> skipping;
+  for (int start = 0; start < 2; ++start) {
+    for (int content = start; content < content_count; content += 2) skipping.push_back(content);
+  }
+  return {listed, {listed.rbegin(), listed.rend()}, skipping};
+}
+
+std::vector<Run> runs_of(const Corpus& corpus, int performer, const std::string& joined_take) {
+  std::vector<Run> runs;
+  for (const auto& order : orders_of(static_cast<int>(corpus.contents.size()))) {
+    Run run{order, {0}, {}};
+    std::vector<const Take*> takes;
+    for (const int content : order) {
+      const auto take =
+          std::find_if(corpus.takes.begin(), corpus.takes.end(), [&](const Take& candidate) {
+            return candidate.content == content && candidate.performer == performer &&
+                   (joined_take.empty() || candidate.take == joined_take);
+          });
+      if (take == corpus.takes.end()) return {};
+      takes.push_back(&*take);
+      run.begin_frame.push_back(run.begin_frame.back() + take->pose.frame_count());
+    }
+    run.input = joined(takes);
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
+struct Database {
+  std::vector<motion::PoseMatrix> poses;
+  std::vector<int> groups;
+  std::vector<int> performers;
+};
+
+Database all_but(const Corpus& corpus, int left_out) {
+  Database database;
+  for (const Take& take : corpus.takes) {
+    if (take.performer == left_out) continue;
+    database.poses.push_back(take.pose);
+    database.groups.push_back(take.content);
+    database.performers.push_back(take.performer);
+  }
+  return database;
+}
+
+void print_score(const char* metric, const Score& score) {
+  std::printf("%-8s %3d of %3d right, frames %.1f %%", metric, score.right, score.runs,
+              100.0 * score.right_frames / score.frames);
+  if (!score.boundary_errors_s.empty()) {
+    std::printf(", boundaries of right runs: median %.2f s, 95th percentile %.2f s",
+                math::median(score.boundary_errors_s),
+                math::percentile(score.boundary_errors_s, 95.0));
+  }
+  std::printf("\n");
+  for (const std::string& wrong : score.wrong) std::printf("           %s\n", wrong.c_str());
+}
+
+void print_segmentation(const Corpus& corpus, const std::string& joined_take) {
+  const int performer_count = static_cast<int>(corpus.performers.size());
+  std::vector<Score> raw(corpus.performers.size());
+  std::vector<Score> content(corpus.performers.size());
+  math::parallel_for(performer_count, 0, [&](int performer) {
+    const Database database = all_but(corpus, performer);
+    const align::FragmentSet raw_set(align::ContentMetric::raw(), database.poses, database.groups,
+                                     database.performers);
+    const align::FragmentSet content_set(
+        align::fit_content_metric(database.poses, database.groups, database.performers),
+        database.poses, database.groups, database.performers);
+    for (const Run& run : runs_of(corpus, performer, joined_take)) {
+      const auto slot = static_cast<std::size_t>(performer);
+      judge(run, align::segment_input(run.input, raw_set)->snippets, database.groups, corpus,
+            performer, raw[slot]);
+      judge(run, align::segment_input(run.input, content_set)->snippets, database.groups, corpus,
+            performer, content[slot]);
+    }
+  });
+  Score raw_total;
+  Score content_total;
+  for (const Score& score : raw) raw_total.add(score);
+  for (const Score& score : content) content_total.add(score);
+  print_score("raw", raw_total);
+  print_score("content", content_total);
+}
+
+void print_groups(const Corpus& corpus, const char* metric,
+                  const std::vector<Eigen::MatrixXd>& features) {
+  std::vector<int> truth;
+  for (const Take& take : corpus.takes) truth.push_back(take.content);
+  const align::PairCosts costs = align::all_pair_costs(features, 0);
+  align::ClusterOptions options;
+  options.group_count = static_cast<int>(corpus.contents.size());
+  const std::vector<int> groups = align::content_groups(costs.mean_cost, options);
+  std::printf("\ncontent groups by DTW alone, %s: adjusted Rand index %.3f\n", metric,
+              math::adjusted_rand_index(groups, truth));
+  for (int group = 0; group <= *std::max_element(groups.begin(), groups.end()); ++group) {
+    std::printf("  group %d:", group);
+    for (std::size_t c = 0; c < corpus.contents.size(); ++c) {
+      int count = 0;
+      for (std::size_t i = 0; i < groups.size(); ++i) {
+        count += groups[i] == group && truth[i] == static_cast<int>(c) ? 1 : 0;
+      }
+      if (count > 0) std::printf(" %d %s", count, corpus.contents[c].c_str());
+    }
+    std::printf("\n");
+  }
+}
+
+// Clustering knows no contents, so its metric may not either: raw angles, or each joint scaled to
+// its spread relative to the performer's mean pose.
+void print_all_groups(const Corpus& corpus) {
+  const Database all = all_but(corpus, -1);
+  const align::FragmentSet raw(align::ContentMetric::raw(), all.poses, all.groups, all.performers);
+  print_groups(corpus, "raw angles", raw.features());
+  const align::FragmentSet scaled(
+      align::fit_content_metric(all.poses, {}, all.performers, {.dimensions = 63}), all.poses,
+      all.groups, all.performers);
+  print_groups(corpus, "relative to the performer's mean pose, scaled", scaled.features());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 4 && argc != 5) {
+    std::fprintf(stderr, "usage: segmentation_study FOLDER PATTERN CONTENT,CONTENT,.. [TAKE]\n");
+    return 2;
+  }
+  try {
+    const Corpus corpus = read_corpus(argv[1], NamePattern(argv[2]), split(argv[3]));
+    std::printf("%zu takes, %zu contents, %zu performers\n", corpus.takes.size(),
+                corpus.contents.size(), corpus.performers.size());
+    print_segmentation(corpus, argc == 5 ? argv[4] : "");
+    print_all_groups(corpus);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "segmentation_study: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
