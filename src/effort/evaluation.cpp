@@ -66,6 +66,22 @@ std::vector<RegressorKind> fitted_models(const std::vector<RegressorKind>& asked
   return kinds;
 }
 
+// Errors are summed in index order, one by one: a vectorised sum depends on where a column happens
+// to lie in memory, and so on which models are evaluated beside it.
+
+/// Mean squared error of each factor.
+Eigen::Vector3d mean_squared_errors(const Eigen::Matrix3Xd& predicted,
+                                    const Eigen::Matrix3Xd& labels) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (Eigen::Index n = 0; n < labels.cols(); ++n) {
+    for (int f = 0; f < kFactorCount; ++f) {
+      const double residual = predicted(f, n) - labels(f, n);
+      sum[f] += residual * residual;
+    }
+  }
+  return sum / static_cast<double>(labels.cols());
+}
+
 /// 3 x models mean squared errors of one run.
 Eigen::Matrix3Xd run_split(const StyleSamples& samples, const Split& split,
                            std::span<const RegressorKind> kinds,
@@ -76,14 +92,11 @@ Eigen::Matrix3Xd run_split(const StyleSamples& samples, const Split& split,
   Eigen::Matrix3Xd errors(kFactorCount, static_cast<Eigen::Index>(models.size()));
   for (std::size_t m = 0; m < models.size(); ++m) {
     errors.col(static_cast<Eigen::Index>(m)) =
-        (models[m].predict(test.features) - test.labels).rowwise().squaredNorm() /
-        static_cast<double>(test.count());
+        mean_squared_errors(models[m].predict(test.features), test.labels);
   }
   return errors;
 }
 
-/// Sums run in index order, one by one: a vectorised sum may depend on where the column lies in
-/// memory, and so on which models are evaluated beside it.
 /// @param test_to_train  mean over runs of the test part's size over the training part's.
 Estimate estimate(const Eigen::Ref<const Eigen::VectorXd>& values, double test_to_train) {
   const double runs = static_cast<double>(values.size());
