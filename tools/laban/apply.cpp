@@ -103,8 +103,9 @@ std::string picture(const ApplyVerb& verb, const CapturedClip& input, const moti
        joins([](const auto& snippet) { return snippet.begin; }), ""},
       {output, "output: " + to_text(verb.target),
        joins([](const auto& snippet) { return snippet.output_begin; }), ""}};
-  return draw::contact_sheet(
-      strips, {.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng});
+  draw::ContactSheetOptions options;
+  options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
+  return draw::contact_sheet(strips, options);
 }
 
 void run(const ApplyVerb& verb) {

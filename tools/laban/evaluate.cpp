@@ -6,6 +6,7 @@
 #include "laban/base/error.h"
 #include "laban/draw/bar_chart.h"
 #include "laban/effort/evaluation.h"
+#include "laban/transfer/closed_loop.h"
 
 #include "files.h"
 #include "verb.h"
@@ -25,6 +26,7 @@ struct EvaluateVerb {
   std::optional<int> train;
   std::optional<int> test;
   int components = 3;
+  int closed_loop = 0;
 };
 
 /// The paper's 85 of 105, or the same share of another number of blends.
@@ -132,10 +134,64 @@ std::string plot(const EvaluateVerb& verb, const effort::EvaluationReport& repor
   return draw::bar_chart(chart, options);
 }
 
+Json to_json(const std::array<transfer::ClosedLoopScore, effort::kFactorCount>& scores) {
+  Json json;
+  for (const effort::Factor factor : effort::kFactors) {
+    const auto& score = scores[static_cast<std::size_t>(effort::index_of(factor))];
+    json[std::string(effort::name_of(factor))] = {
+        {"trials", score.trials},
+        {"asked_predicted_error", score.asked_predicted_error},
+        {"asked_measured_error", score.asked_measured_error},
+        {"rank_correlation", score.rank_correlation}};
+  }
+  return json;
+}
+
+void print(const std::string& title,
+           const std::array<transfer::ClosedLoopScore, effort::kFactorCount>& scores) {
+  fmt::print("{}\n{:<8}{:>8}{:>20}{:>19}{:>18}\n", title, "", "trials", "|asked - predicted|",
+             "|asked - measured|", "rank correlation");
+  for (const effort::Factor factor : effort::kFactors) {
+    const auto& score = scores[static_cast<std::size_t>(effort::index_of(factor))];
+    fmt::print("{:<8}{:>8}{:>20.3f}{:>19.3f}{:>18.3f}\n", effort::name_of(factor), score.trials,
+               score.asked_predicted_error, score.asked_measured_error, score.rank_correlation);
+  }
+}
+
+/// Does `apply` do what it is asked, as an observer who is not the regressor sees it?
+void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
+  transfer::TrainOptions training;
+  training.learning.seed = verb.common.seed;
+  training.content_map.components = verb.components;
+  training.threads = verb.common.threads;
+  transfer::ClosedLoopOptions options;
+  options.targets = verb.closed_loop;
+  options.seed = verb.common.seed;
+  options.threads = verb.common.threads;
+  const transfer::StyleModel model = transfer::train_style_model(read.corpus, training);
+  const auto single = transfer::closed_loop_scores(transfer::single_factor_trials(model, options));
+  const auto left_out =
+      transfer::closed_loop_scores(transfer::left_out_trials(model, read.corpus, options));
+  if (verb.common.json) {
+    const Json json = {
+        {"schema", "laban.evaluate.closed-loop/1"},
+        {"single_factor", to_json(single)},
+        {"left_out_labels", to_json(left_out)},
+        {"run",
+         run_record("evaluate", {{"closed_loop", verb.closed_loop}, {"seed", verb.common.seed}},
+                    read.records)}};
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  print("single-factor targets, other factors free", single);
+  print("three-factor targets: the label of a left-out fragment of the same content", left_out);
+}
+
 void run(EvaluateVerb& verb) {
   check_outputs(verb.common, {verb.csv, verb.plot});
   if (!verb.plot.empty()) (void)is_svg(verb.plot);
   const LabelledCorpus read = read_corpus(verb.labels, {verb.clips, std::nullopt}, verb.common);
+  if (verb.closed_loop > 0) return run_closed_loop(verb, read);
   effort::ContentMapOptions content;
   content.components = verb.components;
   const auto map = transfer::fit_corpus_content_map(read.corpus.fragments, content);
@@ -179,6 +235,10 @@ void add_evaluate(CLI::App& app) {
       ->capture_default_str();
   sub->add_flag("--symmetric", verb->options.symmetric,
                 "a blend counts in both orders (not the paper's protocol)");
+  sub->add_option(
+         "--closed-loop", verb->closed_loop,
+         "instead: ask for so many targets a factor, synthesise, and measure what came of it")
+      ->check(CLI::PositiveNumber);
   sub->add_option("--csv", verb->csv, "table to write (CSV)");
   sub->add_option("--plot", verb->plot, "bars to write (.png or .svg)");
   add_common(sub, verb->common, {.writes = true, .threads = true, .seed = true});

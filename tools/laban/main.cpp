@@ -63,14 +63,14 @@ int run(int argc, char** argv) {
   add_train(app);
   add_evaluate(app);
   add_corpus(app);
-  // NOTYET add_match(app);
-  // NOTYET add_segment(app);
-  // NOTYET add_blend(app);
-  // NOTYET add_curve(app);
-  // NOTYET add_measure(app);
-  // NOTYET add_inspect(app);
-  // NOTYET add_convert(app);
-  // NOTYET add_draw(app);
+  add_match(app);
+  add_segment(app);
+  add_blend(app);
+  add_curve(app);
+  add_measure(app);
+  add_inspect(app);
+  add_convert(app);
+  add_draw(app);
 
   std::string topic;
   CLI::App* help =

@@ -1,0 +1,283 @@
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "laban/effort/label_table.h"
+
+#include "program.h"
+
+namespace laban::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+const std::string kData = LABAN_SOURCE_DIR "/data/";
+const std::string kTake = kData + "take.bvh";
+const std::string kWalk = kData + "phrase/phrase_walk_p01.bvh";
+const std::string kOtherWalk = kData + "phrase/phrase_walk_p02.bvh";
+const std::string kBow = kData + "phrase/phrase_bow_p01.bvh";
+const std::string kLabels = LABAN_SOURCE_DIR "/labels/phrase.csv";
+const std::vector<std::string> kVerbs = {"apply",   "train",   "evaluate", "corpus",
+                                         "match",   "segment", "blend",    "curve",
+                                         "measure", "inspect", "convert",  "draw"};
+
+void write(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+class Cli : public ::testing::Test {
+ protected:
+  Cli() : folder_(fresh_folder()) {}
+  [[nodiscard]] Run run(const std::string& arguments) const {
+    return run_laban(arguments, folder_);
+  }
+  /// Expects one line on stderr, that exit code, nothing on stdout and no file left.
+  void expect_error(const std::string& arguments, int code, const std::string& part) const {
+    SCOPED_TRACE(arguments);
+    const auto before = files_in(folder_);
+    const Run result = run(arguments);
+    EXPECT_EQ(result.code, code) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(part));
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.out, IsEmpty());
+    EXPECT_EQ(files_in(folder_), before);
+  }
+  fs::path folder_;
+};
+
+TEST_F(Cli, HelpStartsWithTheExamplesAndListsEveryVerb) {
+  const Run help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(
+      help.out,
+      StartsWith("  laban apply walk.bvh --flow -2 --weight 1.5 --time 2 -o walk_sudden.glb\n"));
+  for (const std::string& verb : kVerbs) {
+    EXPECT_THAT(help.out, HasSubstr("\n  " + verb + " "));
+    const Run own = run("help " + verb);
+    EXPECT_EQ(own.code, 0);
+    EXPECT_THAT(own.out, StartsWith("Example:\n  laban " + verb));
+    EXPECT_EQ(run(verb + " --help").out, own.out);
+  }
+}
+
+TEST_F(Cli, ManPageAndCompletionNameEveryVerb) {
+  const std::string page = bytes_of(LABAN_SOURCE_DIR "/tools/laban/laban.1");
+  const std::string completion = bytes_of(LABAN_SOURCE_DIR "/tools/laban/laban.bash-completion");
+  for (const std::string& verb : kVerbs) {
+    EXPECT_THAT(page, HasSubstr(".B " + verb + "\n"));
+    EXPECT_THAT(completion, HasSubstr(verb + " "));
+  }
+}
+
+TEST_F(Cli, VersionIsOneLine) {
+  const Run version = run("--version");
+  EXPECT_EQ(version.code, 0);
+  EXPECT_THAT(version.out, ::testing::MatchesRegex("laban [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST_F(Cli, UsageErrorsExitWithTwoAndSayWhereHelpIs) {
+  expect_error("juggle", 2, "'laban --help' lists the verbs");
+  expect_error("apply", 2, "'laban help apply' lists the options");
+  expect_error("help juggle", 2, "there is no verb 'juggle'");
+  expect_error("apply " + kTake + " --time 4 -o out.bvh", 2, "--time");
+  expect_error("apply " + kTake + " -o out.bvh", 2, "no target given");
+  expect_error("apply " + kTake + " --time 1 -o out.fbx", 2, "out.fbx");
+  expect_error("draw " + kWalk + " -o out.gif", 2, "a picture is a .png or .svg file");
+}
+
+TEST_F(Cli, ApplyGivesTheSameActionsInTheAskedEffort) {
+  const Run result = run("apply " + kTake +
+                         " --time 1.5 --weight 1 -o out.bvh --report out.json --picture out.png");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(files_in(folder_), ElementsAre("out.bvh", "out.json", "out.png"));
+  const json report = json::parse(bytes_of(folder_ / "out.json"));
+  EXPECT_EQ(report["schema"], "laban.apply/1");
+  std::vector<std::string> contents;
+  for (const json& snippet : report["snippets"]) {
+    const std::string content = snippet["content"];
+    if (contents.empty() || contents.back() != content) contents.push_back(content);
+    EXPECT_TRUE(snippet["predicted"]["time"].is_number());
+  }
+  EXPECT_THAT(contents, ElementsAre("walk", "bow", "wave", "reach", "kick"));
+  EXPECT_EQ(report["run"]["inputs"].size(), 2U);
+  // The output is a clip of the same rig that can be read back.
+  const json facts = json::parse(run("inspect --json out.bvh").out);
+  const json input = json::parse(run("inspect --json " + kTake).out);
+  EXPECT_EQ(facts["rig"]["joints"], input["rig"]["joints"]);
+  EXPECT_EQ(facts["frame_rate_hz"], input["frame_rate_hz"]);
+}
+
+TEST_F(Cli, TheSameCommandGivesTheSameBytes) {
+  for (const char* name : {"a", "b"}) {
+    ASSERT_EQ(
+        run("apply " + kTake + " --flow 1 -o " + name + ".glb --report " + name + ".json").code, 0);
+    ASSERT_EQ(run("train --labels " + kLabels + " -o " + name + ".laban --threads " +
+                  (*name == 'a' ? "1" : "2"))
+                  .code,
+              0);
+  }
+  EXPECT_EQ(bytes_of(folder_ / "a.glb"), bytes_of(folder_ / "b.glb"));
+  EXPECT_EQ(bytes_of(folder_ / "a.json"), bytes_of(folder_ / "b.json"));
+  EXPECT_EQ(bytes_of(folder_ / "a.laban"), bytes_of(folder_ / "b.laban"));
+}
+
+TEST_F(Cli, ClipsPassThroughPipes) {
+  const Run result = run("apply - --input-format bvh --time 1 -o - --format bvh < " + kTake);
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, StartsWith("HIERARCHY"));
+  expect_error("apply - --time 1 -o out.bvh < " + kTake, 2, "--input-format");
+}
+
+TEST_F(Cli, ARigWithoutAPersonIsToldByTheJointsThatAreMissing) {
+  write(folder_ / "crane.bvh",
+        "HIERARCHY\nROOT base\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT "
+        "arm\n{\nOFFSET 0 10 0\n"
+        "CHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 10 "
+        "0\n}\n}\n}\nMOTION\nFrames: 2\n"
+        "Frame Time: 0.0333333\n0 0 0 0 0 0\n0 0 0 1 0 0\n");
+  expect_error("apply crane.bvh --time 1 -o out.bvh", 5, "crane.bvh: ");
+}
+
+TEST_F(Cli, TooFewFramesAreToldByNumber) {
+  ASSERT_EQ(run("convert " + kTake + " --end 8 -o short.bvh").code, 0);
+  expect_error("apply short.bvh --time 1 -o out.bvh", 5, "8 frames");
+}
+
+TEST_F(Cli, NoContentMatchIsAnErrorOnlyIfStrict) {
+  // Kicks and reaches are not in a model of bows: the same take finds nothing there.
+  ASSERT_EQ(run("corpus --clips " + kData +
+                "phrase --pattern 'phrase_{content}_{performer}' --contents bow --blends 30 "
+                "--label measured -o bows.csv")
+                .code,
+            0);
+  ASSERT_EQ(run("train --labels bows.csv -o bows.laban").code, 0);
+  expect_error("apply " + kWalk + " --model bows.laban --strict --time 1 -o out.bvh", 5,
+               "match no content of the model");
+  const Run kept = run("apply " + kWalk + " --model bows.laban --time 1 -o out.bvh");
+  EXPECT_EQ(kept.code, 0) << kept.err;
+  EXPECT_THAT(kept.err, HasSubstr("kept as captured"));
+}
+
+TEST_F(Cli, ALabelOutOfRangeIsToldByLine) {
+  std::string table = bytes_of(kLabels);
+  const std::size_t second_line = table.find('\n') + 1;
+  effort::LabelTable parsed = effort::parse_label_table(table, "phrase.csv");
+  parsed.rows.front().flow = 3.4;
+  write(folder_ / "bad.csv", effort::format_label_table(parsed));
+  ASSERT_NE(second_line, 0U);
+  expect_error("train --labels bad.csv -o out.laban", 4,
+               "bad.csv:2: flow = 3.4 (must be in [-3, 3])");
+}
+
+TEST_F(Cli, AModelOfAnotherVersionIsTold) {
+  std::string bytes = bytes_of(LABAN_DEFAULT_MODEL);
+  bytes[40] = 2;
+  write(folder_ / "new.laban", bytes);
+  expect_error("apply " + kTake + " --model new.laban --time 1 -o out.bvh", 4,
+               "new.laban: its format version is 2");
+}
+
+TEST_F(Cli, AnOutputThatCannotBeWrittenIsToldBeforeTheWork) {
+  expect_error("apply " + kTake + " --time 1 -o nowhere/out.bvh", 3,
+               "the folder nowhere does not exist");
+  write(folder_ / "out.bvh", "mine");
+  expect_error("apply " + kTake + " --time 1 -o out.bvh", 3, "exists already; give --force");
+  EXPECT_EQ(bytes_of(folder_ / "out.bvh"), "mine");
+  EXPECT_EQ(run("apply " + kTake + " --time 1 -o out.bvh --force").code, 0);
+  expect_error("apply missing.bvh --time 1 -o new.bvh", 3, "missing.bvh");
+}
+
+// The product's purpose: clips to view, blanks to fill in by a human rater, a model of them.
+TEST_F(Cli, ARatersSheetBecomesAModel) {
+  const std::string source = "corpus --clips " + kData +
+                             "phrase --pattern 'phrase_{content}_{performer}' --contents bow,wave ";
+  ASSERT_EQ(
+      run(source + "--blends 40 --label none --write-blends sheet --blend-format bvh -o sheet.csv")
+          .code,
+      0);
+  ASSERT_EQ(files_in(folder_ / "sheet").size(), 40U);
+  EXPECT_EQ(run("measure sheet/blend_001.bvh").code, 0);
+  const Run blank = run("train --labels sheet.csv -o mine.laban");
+  EXPECT_EQ(blank.code, 5);
+  EXPECT_THAT(blank.err, HasSubstr("blend_040"));
+  EXPECT_THAT(blank.err, HasSubstr("64 of 64 rows are still blank"));
+
+  // A rater who rates as the kinematic observer does, to half points, and leaves one blend out.
+  ASSERT_EQ(run(source + "--blends 40 --label measured -o measured.csv").code, 0);
+  effort::LabelTable filled =
+      effort::parse_label_table(bytes_of(folder_ / "sheet.csv"), "sheet.csv");
+  const effort::LabelTable measured =
+      effort::parse_label_table(bytes_of(folder_ / "measured.csv"), "measured.csv");
+  for (std::size_t n = 0; n + 1 < filled.rows.size(); ++n) {
+    EXPECT_EQ(filled.rows[n].fragment, measured.rows[n].fragment);
+    filled.rows[n].flow = std::round(2.0 * *measured.rows[n].flow) / 2.0;
+    filled.rows[n].weight = std::round(2.0 * *measured.rows[n].weight) / 2.0;
+    filled.rows[n].time = std::round(2.0 * *measured.rows[n].time) / 2.0;
+    filled.rows[n].observer = "rater";
+  }
+  write(folder_ / "sheet.csv", effort::format_label_table(filled));
+  const Run one_left = run("train --labels sheet.csv -o mine.laban");
+  EXPECT_THAT(one_left.err, HasSubstr("1 of 64 rows are still blank"));
+  ASSERT_EQ(run("train --labels sheet.csv -o mine.laban --skip-blank").code, 0);
+  const Run applied = run("apply " + kBow + " --model mine.laban --weight 2 -o strong.glb");
+  EXPECT_EQ(applied.code, 0) << applied.err;
+}
+
+TEST_F(Cli, MatchOfAClipWithItselfIsFree) {
+  const json same = json::parse(run("match --json " + kWalk + " " + kWalk).out);
+  EXPECT_EQ(same["schema"], "laban.match/1");
+  EXPECT_EQ(same["cost"], 0.0);
+  const json walks = json::parse(run("match --json " + kWalk + " " + kOtherWalk).out);
+  const json walk_and_bow = json::parse(run("match --json " + kWalk + " " + kBow).out);
+  EXPECT_LT(walks["mean_cost"], walk_and_bow["mean_cost"]);
+  const json nearest = json::parse(run("match --json " + kWalk).out);
+  EXPECT_EQ(nearest["nearest"][0]["content"], "walk");
+}
+
+TEST_F(Cli, SegmentCoversTheTake) {
+  const json cut = json::parse(run("segment --json " + kTake).out);
+  EXPECT_EQ(cut["snippets"].front()["begin_frame"], 0);
+  for (std::size_t n = 1; n < cut["snippets"].size(); ++n) {
+    EXPECT_EQ(cut["snippets"][n]["begin_frame"], cut["snippets"][n - 1]["end_frame"]);
+  }
+}
+
+TEST_F(Cli, BlendAtZeroIsTheFirstClip) {
+  ASSERT_EQ(run("blend " + kWalk + " " + kOtherWalk + " --alpha 0 -o same.bvh").code, 0);
+  const json match = json::parse(run("match --json --metric raw same.bvh " + kWalk).out);
+  EXPECT_LT(match["mean_cost"], 1e-9);
+}
+
+TEST_F(Cli, CurveMeasureInspectAndDrawWriteWhatTheySay) {
+  EXPECT_EQ(run("curve --picture curve.svg --csv curve.csv").code, 0);
+  EXPECT_THAT(bytes_of(folder_ / "curve.csv"),
+              StartsWith("fragment_i,fragment_j,alpha,flow,weight,time\n"));
+  EXPECT_THAT(bytes_of(folder_ / "curve.svg"), HasSubstr("<svg"));
+  const json measured = json::parse(
+      run("measure --json --content walk --over-time walk.csv --picture walk.png " + kWalk).out);
+  EXPECT_EQ(measured["clips"][0]["content"], "walk");
+  EXPECT_EQ(run("draw " + kWalk + " " + kOtherWalk + " -o walks.png").code, 0);
+  EXPECT_THAT(bytes_of(folder_ / "walks.png"), StartsWith("\x89PNG"));
+  EXPECT_EQ(json::parse(run("inspect --json " LABAN_DEFAULT_MODEL).out)["fragments"].size(), 60U);
+  EXPECT_EQ(json::parse(run("inspect --json " + kLabels).out)["blends"], 105);
+}
+
+TEST_F(Cli, EvaluatePrintsTableOneWithThePapersNumbers) {
+  const Run result =
+      run("evaluate --labels " + kLabels + " --runs 4 --csv table.csv --plot table.svg");
+  ASSERT_EQ(result.code, 0) << result.err;
+  for (const char* part : {"linear-interpolation", "linear-ridge", "kernel-ridge", "svr",
+                           "residual-kernel-ridge", "label variance", "0.65", "0.39"}) {
+    EXPECT_THAT(result.out, HasSubstr(part));
+  }
+}
+
+}  // namespace
+}  // namespace laban::test

@@ -1,0 +1,101 @@
+#include "laban/transfer/apply_style.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "laban/base/error.h"
+
+#include "toy_corpus.h"
+
+namespace laban::transfer {
+namespace {
+
+motion::PoseMatrix two_actions() {
+  const motion::PoseMatrix parts[] = {test::toy_clip(false, 1.1, 0.95, 0.05),
+                                      test::toy_clip(true, 1.1, 0.95, 0.05)};
+  return motion::concatenate(parts);
+}
+
+EffortTarget strong() {
+  return {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0}};
+}
+
+std::string message_of(const motion::PoseMatrix& input, const ApplyOptions& options = {}) {
+  try {
+    (void)apply_style(test::toy_model(), input, strong(), options);
+  } catch (const base::Error& error) {
+    EXPECT_EQ(error.kind(), base::ErrorKind::kData);
+    return error.what();
+  }
+  return "applied";
+}
+
+TEST(ApplyStyle, KeepsTheActionsAndReachesTheTarget) {
+  const motion::PoseMatrix input = two_actions();
+  const AppliedStyle applied = apply_style(test::toy_model(), input, strong());
+  std::vector<std::string> contents;
+  for (const AppliedSnippet& snippet : applied.snippets) {
+    if (contents.empty() || contents.back() != snippet.content) contents.push_back(snippet.content);
+    EXPECT_FALSE(snippet.kept);
+    EXPECT_NEAR(snippet.choice.predicted.weight, 1.0, 0.05);
+  }
+  EXPECT_THAT(contents, ::testing::ElementsAre("swing", "circle"));
+  EXPECT_EQ(applied.snippets.front().begin, 0);
+  EXPECT_EQ(applied.snippets.back().end, input.frame_count());
+  EXPECT_EQ(applied.snippets.back().output_end, applied.pose.frame_count());
+}
+
+TEST(ApplyStyle, SourceFramesRunForwardOverTheWholeInput) {
+  const motion::PoseMatrix input = two_actions();
+  const AppliedStyle applied = apply_style(test::toy_model(), input, strong());
+  ASSERT_EQ(static_cast<int>(applied.source_frames.size()), applied.pose.frame_count());
+  EXPECT_TRUE(std::is_sorted(applied.source_frames.begin(), applied.source_frames.end()));
+  EXPECT_GE(applied.source_frames.front(), 0.0);
+  EXPECT_LE(applied.source_frames.back(), input.frame_count() - 1.0);
+}
+
+TEST(ApplyStyle, PosesDoNotJumpAtJoins) {
+  const AppliedStyle applied = apply_style(test::toy_model(), two_actions(), strong());
+  const auto& angles = applied.pose.angles;
+  double largest_inside = 0.0;
+  for (const Fragment& fragment : test::toy_model().fragments) {
+    const auto& own = fragment.pose.angles;
+    largest_inside = std::max(
+        largest_inside,
+        (own.rightCols(own.cols() - 1) - own.leftCols(own.cols() - 1)).cwiseAbs().maxCoeff());
+  }
+  const double largest = (angles.rightCols(angles.cols() - 1) - angles.leftCols(angles.cols() - 1))
+                             .cwiseAbs()
+                             .maxCoeff();
+  EXPECT_LE(largest, 1.5 * largest_inside);
+}
+
+TEST(ApplyStyle, WhatMatchesNoContentIsKeptAndReportedOrRefused) {
+  motion::PoseMatrix strange = test::toy_clip(false, 1.0, 1.0, 0.0);
+  for (int row = 60; row < 63; ++row) {
+    for (int f = 0; f < strange.frame_count(); ++f)
+      strange.angles(row, f) = 1.5 * std::sin(0.5 * f + row);
+    strange.angles.row(row - 21) = strange.angles.row(row);
+  }
+  const AppliedStyle applied = apply_style(test::toy_model(), strange, strong());
+  ASSERT_EQ(applied.snippets.size(), 1U);
+  EXPECT_TRUE(applied.snippets.front().kept);
+  EXPECT_LT((applied.pose.angles - strange.angles).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_THAT(message_of(strange, {.strict = true}),
+              ::testing::HasSubstr("match no content of the model, which knows: swing, circle"));
+}
+
+TEST(ApplyStyle, TooFewFramesAreRefusedByNumber) {
+  EXPECT_THAT(
+      message_of(test::toy_clip(false, 1.0, 1.0, 0.0).slice(0, 10)),
+      ::testing::HasSubstr("the input has 10 frames of motion; style transfer needs at least 15"));
+}
+
+TEST(ApplyStyle, AnotherFrameRateIsRefused) {
+  motion::PoseMatrix input = two_actions();
+  input.frame_rate_hz = 30.0;
+  EXPECT_THAT(message_of(input), ::testing::HasSubstr("frames a second"));
+}
+
+}  // namespace
+}  // namespace laban::transfer

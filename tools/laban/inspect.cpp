@@ -1,0 +1,155 @@
+#include <fmt/core.h>
+
+#include "laban/base/error.h"
+#include "laban/motion/forward_kinematics.h"
+
+#include "files.h"
+#include "report.h"
+#include "verb.h"
+
+namespace laban::cli {
+namespace {
+
+struct InspectVerb {
+  Common common;
+  ReadClipOptions reading;
+  std::string input;
+};
+
+/// Height of the highest over the lowest joint at a frame, metres.
+double body_extent_m(const motion::Clip& clip, int frame) {
+  const Eigen::Matrix3Xd positions = motion::forward_kinematics(clip, frame).positions;
+  return positions.row(1).maxCoeff() - positions.row(1).minCoeff();
+}
+
+Json describe_rig(const motion::Clip& clip) {
+  try {
+    const motion::Humanoid rig = motion::find_humanoid(clip);
+    Json json = {{"name", rig.rig_name()},
+                 {"leg_length_m", rig.leg_length_m()},
+                 {"t_pose_frame", rig.has_t_pose_frame()}};
+    for (int s = 0; s < motion::kStandardJointCount; ++s) {
+      const auto& mapped = rig.mapped(static_cast<motion::StandardJoint>(s));
+      json["joints"][std::string(motion::kStandardJointNames[static_cast<std::size_t>(s)])] =
+          mapped ? Json(clip.skeleton().joint(mapped->joint).name) : Json();
+    }
+    return json;
+  } catch (const base::Error& error) {
+    return {{"problem", error.what()}};
+  }
+}
+
+void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
+  io::ReadOptions reading{verb.reading.unit_m, verb.reading.frame_rate_hz, std::nullopt};
+  if (!verb.reading.input_format.empty()) reading.input_format = verb.reading.input_format;
+  const io::ClipFile file = io::parse_clip(bytes, verb.input, reading);
+  const motion::Clip& clip = file.clip;
+  const Json rig = describe_rig(clip);
+  const Json json = {{"schema", "laban.inspect/1"},
+                     {"kind", "clip"},
+                     {"format", file.format},
+                     {"frames", clip.frame_count()},
+                     {"frame_rate_hz", clip.frame_rate_hz()},
+                     {"duration_s", clip.duration_s()},
+                     {"joints", clip.joint_count()},
+                     {"animates_translations", clip.has_translations()},
+                     {"unit_m", file.unit_m},
+                     {"unit_guessed", file.unit_guessed},
+                     {"extent_m", body_extent_m(clip, clip.frame_count() / 2)},
+                     {"rig", rig},
+                     {"warnings", file.warnings}};
+  if (verb.common.json) {
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  for (const std::string& warning : file.warnings) warn(verb.common, warning);
+  fmt::print("{}: {} clip, {} joints, {} frames at {:g} Hz ({:.2f} s)\n", verb.input, file.format,
+             clip.joint_count(), clip.frame_count(), clip.frame_rate_hz(), clip.duration_s());
+  fmt::print("unit {:g} m{}; the body spans {:.2f} m at mid-clip\n", file.unit_m,
+             file.unit_guessed ? " (guessed)" : "", json["extent_m"].get<double>());
+  if (rig.contains("problem")) {
+    fmt::print("no person found: {}\n", rig["problem"].get<std::string>());
+    return;
+  }
+  fmt::print("rig {}, leg {:.2f} m{}\n", rig["name"].get<std::string>(),
+             rig["leg_length_m"].get<double>(),
+             rig["t_pose_frame"].get<bool>() ? ", frame 0 is a T-pose and no motion" : "");
+  for (const auto& [standard, name] : rig["joints"].items()) {
+    fmt::print("  {:<16} {}\n", standard, name.is_null() ? "-" : name.get<std::string>());
+  }
+}
+
+void inspect_model(const InspectVerb& verb, const std::string& bytes) {
+  const transfer::StyleModel model = transfer::read_style_model(bytes, verb.input);
+  Json json = {{"schema", "laban.inspect/1"},
+               {"kind", "style model"},
+               {"frame_rate_hz", model.frame_rate_hz()},
+               {"contents", model.contents.names},
+               {"regressor", effort::name_of(model.regressor.kind())},
+               {"metric_dimensions", model.database.metric().dimension_count()},
+               {"fragments", Json::array()},
+               {"record", Json::parse(model.record_json)}};
+  for (const transfer::Fragment& fragment : model.fragments) {
+    json["fragments"].push_back({{"name", fragment.name},
+                                 {"content", fragment.content},
+                                 {"performer", fragment.performer},
+                                 {"frames", fragment.pose.frame_count()},
+                                 {"effort", to_json(*fragment.effort)}});
+  }
+  if (verb.common.json) {
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("{}: style model, {} fragments at {:g} Hz, regressor {}\n", verb.input,
+             model.fragments.size(), model.frame_rate_hz(),
+             effort::name_of(model.regressor.kind()));
+  std::string contents;
+  for (const std::string& name : model.contents.names) contents += " " + name;
+  fmt::print("contents:{}\n", contents);
+  if (!verb.common.verbose) return;
+  for (const transfer::Fragment& fragment : model.fragments) {
+    fmt::print("  {:<32} {:<12} {:<12} {:>5} frames  {}\n", fragment.name, fragment.content,
+               fragment.performer, fragment.pose.frame_count(), to_text(*fragment.effort));
+  }
+}
+
+void inspect_table(const InspectVerb& verb, const std::string& text) {
+  const effort::LabelTable table = effort::parse_label_table(text, verb.input);
+  const auto blank = effort::blank_rows(table);
+  if (verb.common.json) {
+    const Json json = {{"schema", "laban.inspect/1"},
+                       {"kind", "label table"},
+                       {"rows", table.rows.size()},
+                       {"fragments", effort::seeds(table).size()},
+                       {"blends", effort::blends(table).size()},
+                       {"blank", blank}};
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("{}: label table, {} rows: {} of fragments, {} of blends, {} still blank\n",
+             verb.input, table.rows.size(), effort::seeds(table).size(),
+             effort::blends(table).size(), blank.size());
+  for (const std::string& row : blank) tell(verb.common, row);
+}
+
+void run(const InspectVerb& verb) {
+  const std::string bytes = read_bytes(verb.input);
+  if (bytes.starts_with("laban\r\n")) return inspect_model(verb, bytes);
+  if (verb.input.ends_with(".csv")) return inspect_table(verb, bytes);
+  inspect_clip(verb, bytes);
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& app) {
+  auto verb = std::make_shared<InspectVerb>();
+  CLI::App* sub = add_verb(app, "inspect", "Tell what is in a clip, a style model or a label table",
+                           "laban inspect capture.bvh");
+  sub->add_option("INPUT", verb->input, "clip (BVH), style model (.laban) or label table (.csv)")
+      ->required();
+  add_read_options(sub, verb->reading);
+  add_common(sub, verb->common);
+  sub->callback([verb] { run(*verb); });
+}
+
+}  // namespace laban::cli
