@@ -19,9 +19,9 @@ struct Strip {
 
 /// Where the camera stands, relative to the way the character faces on average.
 enum class View {
-  kThreeQuarter,  ///< 35 degrees to the character's left of its front
+  kThreeQuarter,  ///< before the character, 40 degrees to its right
   kFront,         ///< before the character
-  kSide,          ///< at the character's left: it faces the right edge
+  kSide,          ///< at the character's right: it faces the right edge of the page
 };
 
 /// Where the poses of a strip stand.

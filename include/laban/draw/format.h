@@ -19,7 +19,7 @@ struct ChartOptions {
   Format format = Format::kPng;
   double width = 900.0;      ///< units (CSS pixels), 100 .. 10000
   double height = 420.0;     ///< units, 100 .. 10000
-  double pixel_ratio = 2.0;  ///< PNG pixels a unit, 0.25 .. 8; width * pixel_ratio <= 16384
+  double pixel_ratio = 2.0;  ///< PNG pixels a unit, 0.25 .. 8; no side over 32767 pixels
 
   /// Broken rules, each like "ChartOptions::width = 3 (must be 100 .. 10000)"; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
