@@ -12,6 +12,8 @@
 #include "laban/io/bvh.h"
 #include "laban/math/rotation.h"
 
+#include "travel.h"
+
 namespace laban::io {
 namespace {
 
@@ -135,6 +137,8 @@ Eigen::Vector3d euler_angles(const Eigen::Quaterniond& q, const EulerOrder& o,
   if (locked) return unwrapped(angles_after_first(R, o, previous[0]), previous);
   const double a = std::atan2(-o.sign * R(o.j, o.k), R(o.k, o.k));
   const Eigen::Vector3d one = unwrapped(angles_after_first(R, o, a), previous);
+  // The other solution's first angle is half a turn away: too far to be nearer.
+  if ((one - previous).squaredNorm() < kQuarterTurn * kQuarterTurn) return one;
   const Eigen::Vector3d other = unwrapped(angles_after_first(R, o, a + std::numbers::pi), previous);
   return (other - previous).squaredNorm() < (one - previous).squaredNorm() ? other : one;
 }
@@ -174,6 +178,7 @@ struct Layout {
   std::vector<std::size_t> order;          // joints, depth first
   std::vector<std::vector<int>> children;  // of each joint
   std::vector<bool> has_positions;         // of each joint
+  std::vector<bool> has_offset;            // of each joint
 };
 
 Layout make_layout(const motion::Clip& clip) {
@@ -193,6 +198,11 @@ Layout make_layout(const motion::Clip& clip) {
   }
   layout.has_positions.assign(skeleton.joints().size(), false);
   layout.has_positions[0] = true;
+  // Readers disagree on position channels: Blender and assimp put them in the OFFSET's place,
+  // three.js adds them to it. With none they agree.
+  layout.has_offset = travelling_joints(clip);
+  layout.has_offset.flip();
+  layout.has_offset[0] = false;
   if (!clip.has_translations()) return layout;
   for (int f = 0; f < clip.frame_count(); ++f) {
     for (int j = 1; j < clip.joint_count(); ++j) {
@@ -289,7 +299,7 @@ class BvhWriter {
       text_ += (index == 0 ? "ROOT " : "JOINT ") + names_[index] + '\n';
       open_block();
       blocks_.push_back(static_cast<int>(index));
-      write_offset(index == 0 ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : joint.rest_offset);
+      write_offset(layout_.has_offset[index] ? joint.rest_offset : Eigen::Vector3d::Zero());
       write_channels(index);
       if (layout_.children[index].empty()) write_end_site(joint);
     }

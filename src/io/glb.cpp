@@ -12,6 +12,8 @@
 #include "laban/base/error.h"
 #include "laban/motion/forward_kinematics.h"
 
+#include "travel.h"
+
 namespace laban::io {
 namespace {
 
@@ -27,8 +29,6 @@ constexpr std::uint32_t kGlbMagic = 0x46546C67;   // "glTF"
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
 constexpr std::uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 
-// A child that moves more than this within its parent is carried by it, not tied to it by a bone.
-constexpr double kTravelM = 0.05;
 // Nothing shorter is drawn: a bone of no length has no direction.
 constexpr double kShortestBoneM = 1e-3;
 // Height of the mark drawn where a skeleton has no bone at all, so that it can be seen.
@@ -151,24 +151,6 @@ void add_bone(Triangles& mesh, const Vertex& head, const Vertex& tail) {
     add_triangle(mesh, head, ring[i], ring[(i + 1) % 4], middle);
     add_triangle(mesh, tail, ring[i], ring[(i + 1) % 4], middle);
   }
-}
-
-/// True if a joint's position within its parent varies by more than kTravelM on some axis.
-std::vector<bool> travelling_joints(const motion::Clip& clip) {
-  const auto count = static_cast<std::size_t>(clip.joint_count());
-  std::vector<bool> travels(count, false);
-  if (!clip.has_translations()) return travels;
-  for (std::size_t j = 0; j < count; ++j) {
-    const int joint = static_cast<int>(j);
-    Eigen::Vector3d least = clip.translation(0, joint);
-    Eigen::Vector3d most = least;
-    for (int f = 1; f < clip.frame_count(); ++f) {
-      least = least.cwiseMin(clip.translation(f, joint));
-      most = most.cwiseMax(clip.translation(f, joint));
-    }
-    travels[j] = (most - least).maxCoeff() > kTravelM;
-  }
-  return travels;
 }
 
 Triangles bone_mesh(const motion::Clip& clip, const Eigen::Matrix3Xd& rest_positions) {

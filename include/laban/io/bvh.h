@@ -84,14 +84,17 @@ struct BvhText {
   std::vector<std::string> renames;
 };
 
-/// Writes the form of BVH that Blender, three.js and assimp all agree on: root OFFSET 0 0 0,
+/// Writes the form of BVH that Blender, three.js and assimp all agree on: root OFFSET 0 0 0;
 /// positions on the root only, unless another joint leaves its rest offset by more than 1e-7 m (it
 /// then has six channels too); unique names of [A-Za-z0-9_]; an End Site below every leaf (0 0 0
 /// where the clip has none); one row a frame.
 ///
-/// Joints come depth first, so their order may differ from the clip's. Euler angles are continuous
-/// in time (they may pass 180 degrees), through gimbal lock too. The root's rest offset, which a
-/// clip's root positions replace, is not kept.
+/// What is not kept: the order of joints (they come depth first); the root's rest offset, which a
+/// clip's root positions replace; the rest offset of joints that travel more than 5 cm within their
+/// parent, such as hips below a root at the origin (OFFSET 0 0 0 too). A joint that moves less
+/// keeps its OFFSET, to which three.js, unlike the others, adds the positions.
+///
+/// Euler angles are continuous in time (they may pass 180 degrees), through gimbal lock too.
 ///
 /// @throws Error{kUsage} if `options` has problems.
 [[nodiscard]] BvhText write_bvh(const motion::Clip& clip, const BvhWriteOptions& options = {});
