@@ -129,6 +129,27 @@ PairCosts all_pair_costs(std::span<const Eigen::MatrixXd> features, int threads)
   return costs;
 }
 
+Eigen::MatrixXd locally_scaled(const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, int neighbors) {
+  require_distances(mean_cost, "locally_scaled");
+  const Eigen::Index count = mean_cost.rows();
+  if (neighbors < 1 || count < 2) {
+    throw Error(ErrorKind::kUsage, "locally_scaled: " + std::to_string(neighbors) +
+                                       " neighbors of " + std::to_string(count) +
+                                       " fragments (must be >= 1 of >= 2)");
+  }
+  const Eigen::Index rank = std::min<Eigen::Index>(neighbors, count - 1);  // rank 0 is itself
+  const double floor = 1e-12 * mean_cost.maxCoeff() + std::numeric_limits<double>::min();
+  Eigen::ArrayXd scale(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    Eigen::VectorXd row = mean_cost.row(i).transpose();
+    row(i) = -kInfinity;
+    std::nth_element(row.data(), row.data() + rank, row.data() + count);
+    scale(i) = std::sqrt(std::max(row(rank), floor));
+  }
+  const Eigen::ArrayXXd scales = (scale.matrix() * scale.matrix().transpose()).array();
+  return (mean_cost.array() / scales).sqrt().matrix();
+}
+
 std::vector<std::string> ClusterOptions::problems() const {
   std::vector<std::string> found;
   if (group_count.has_value() == threshold.has_value()) {

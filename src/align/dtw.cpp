@@ -17,7 +17,7 @@ namespace {
 // g(p, q) = d(p, q) + min{ g(p-1, q-1), g(p-1, q), g(p, q-1) },  g(0, 0) = d(0, 0).
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kBlockFrames = 16;  // a block of distances stays in the second-level cache
+constexpr int kBlockFrames = 32;  // a block of distances stays in the second-level cache
 
 enum class Step : std::uint8_t { kDiagonal, kAdvanceP, kAdvanceQ };
 
@@ -61,8 +61,14 @@ std::vector<FramePair> trace_back(const std::vector<Step>& steps, int n, int m) 
 // Sum and number of cells of the best path to a cell.
 struct Partial {
   double cost = kInfinity;
-  int length = 0;
+  std::int64_t length = 0;
 };
+
+// `b` only if it is cheaper, without a branch: on real distances one would be mispredicted often.
+[[nodiscard]] inline Partial cheaper(const Partial& a, const Partial& b) {
+  const bool second = b.cost < a.cost;
+  return {second ? b.cost : a.cost, second ? b.length : a.length};
+}
 
 // Rows run over x, so the memory is that of y. `transposed`: the caller swapped the sequences, and
 // ties between the two straight steps go the other way round.
@@ -75,17 +81,14 @@ DtwCost cost_by_rows(const Eigen::Ref<const Eigen::MatrixXd>& x,
     Partial left;
     for (std::size_t q = 0; q < m; ++q) {
       const Partial above = g[q];
-      const Partial& first = transposed ? left : above;
-      const Partial& second = transposed ? above : left;
-      Partial best = diagonal;
-      if (first.cost < best.cost) best = first;
-      if (second.cost < best.cost) best = second;
+      const Partial best = transposed ? cheaper(cheaper(diagonal, left), above)
+                                      : cheaper(cheaper(diagonal, above), left);
       left = {best.cost + d[q], best.length + 1};
       g[q] = left;
       diagonal = above;
     }
   });
-  return {g.back().cost, g.back().length};
+  return {g.back().cost, static_cast<int>(g.back().length)};
 }
 
 }  // namespace

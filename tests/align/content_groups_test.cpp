@@ -110,6 +110,41 @@ TEST(ContentGroups, StopAtTheThreshold) {
   EXPECT_THAT(content_groups(distances, {.threshold = 8.6}), testing::ElementsAre(0, 0, 0, 0));
 }
 
+TEST(LocallyScaled, DividesByTheScaleOfBothNeighbourhoods) {
+  Eigen::MatrixXd cost(3, 3);
+  cost << 0, 4, 9,  //
+      4, 0, 25,     //
+      9, 25, 0;
+  const Eigen::MatrixXd scaled = locally_scaled(cost, 1);  // nearest: 4, 4, 9
+  EXPECT_NEAR(scaled(0, 1), 1.0, 1e-12);
+  EXPECT_NEAR(scaled(0, 2), std::sqrt(9.0 / 6.0), 1e-12);
+  EXPECT_NEAR(scaled(1, 2), std::sqrt(25.0 / 6.0), 1e-12);
+  EXPECT_EQ(scaled(1, 1), 0.0);
+  EXPECT_EQ(locally_scaled(cost, 7), locally_scaled(cost, 2));  // as many as there are
+}
+
+TEST(LocallyScaled, FindsGroupsOfDifferentSpread) {
+  // Two tight groups near each other and one wide group: plain linkage breaks up the wide one.
+  Eigen::RowVectorXd x(12);
+  x << 0.0, 0.1, 0.2, 0.3, 1.5, 1.6, 1.7, 1.8, 10.0, 13.0, 16.0, 19.0;
+  Eigen::MatrixXd cost(12, 12);
+  for (int i = 0; i < 12; ++i) {
+    for (int j = 0; j < 12; ++j) cost(i, j) = (x(i) - x(j)) * (x(i) - x(j));
+  }
+  const std::vector<int> groups = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2};
+  EXPECT_NE(content_groups(cost, {.group_count = 3}), groups);
+  EXPECT_EQ(content_groups(locally_scaled(cost, 2), {.group_count = 3}), groups);
+}
+
+TEST(LocallyScaled, KeepsEqualFragmentsTogether) {
+  Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(4, 4, 2.0);
+  cost.topLeftCorner(2, 2).setZero();
+  cost.bottomRightCorner(2, 2).setZero();
+  const Eigen::MatrixXd scaled = locally_scaled(cost, 1);
+  EXPECT_TRUE(scaled.allFinite());
+  EXPECT_THAT(content_groups(scaled, {.group_count = 2}), testing::ElementsAre(0, 0, 1, 1));
+}
+
 TEST(Nearest, ListsFragmentsByMeanCostAndItselfFirst) {
   base::Rng rng(3);
   const auto features = some_features(9, rng);

@@ -295,7 +295,8 @@ void print_groups(const Corpus& corpus, const char* metric,
   const align::PairCosts costs = align::all_pair_costs(features, 0);
   align::ClusterOptions options;
   options.group_count = static_cast<int>(corpus.contents.size());
-  const std::vector<int> groups = align::content_groups(costs.mean_cost, options);
+  const std::vector<int> groups =
+      align::content_groups(align::locally_scaled(costs.mean_cost), options);
   std::printf("\ncontent groups by DTW alone, %s: adjusted Rand index %.3f\n", metric,
               math::adjusted_rand_index(groups, truth));
   for (int group = 0; group <= *std::max_element(groups.begin(), groups.end()); ++group) {

@@ -20,6 +20,18 @@ struct PairCosts {
 /// @param threads   >= 1; the result is the same for any number.
 [[nodiscard]] PairCosts all_pair_costs(std::span<const Eigen::MatrixXd> features, int threads = 1);
 
+/// Distances for clustering: sqrt(c_ij / sqrt(s_i s_j)), s_i the cost from fragment i to its
+/// `neighbors`-th nearest other one (self-tuning [ZelnikManor04]).
+///
+/// Path costs differ in scale from content to content and from fragment to fragment: large, rare
+/// movements are far from everything and would each be a group of their own, small ones are near
+/// all. Divided by the scale of both neighbourhoods, 1 is "as far as neighbours are" everywhere.
+/// @param mean_cost  N x N of all_pair_costs, N >= 2.
+/// @param neighbors  >= 1; at most N - 1 are used.
+/// @throws Error{kUsage} for neighbors; Error{kData} for the matrix, as content_groups.
+[[nodiscard]] Eigen::MatrixXd locally_scaled(const Eigen::Ref<const Eigen::MatrixXd>& mean_cost,
+                                             int neighbors = 5);
+
 /// When agglomerative clustering stops: exactly one of the two is given.
 struct ClusterOptions {
   std::optional<int> group_count = std::nullopt;  ///< at this many groups, 1 .. N
@@ -33,7 +45,7 @@ struct ClusterOptions {
 /// Agglomerative clustering by average linkage: every item starts alone, and the two groups with
 /// the least mean distance between their members are joined until the options say stop.
 ///
-/// @param distances  N x N, symmetric, N >= 1.
+/// @param distances  N x N, symmetric, N >= 1; `locally_scaled` path costs do best.
 /// @returns the group of each item, groups numbered 0, 1, .. by their first item.
 /// @throws Error{kUsage} if `options` has problems; Error{kData} if the matrix is not square,
 ///         symmetric and finite. Ties go to the lowest indices. Time O(N^3), memory O(N^2).
