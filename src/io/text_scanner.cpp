@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 
 #include "laban/base/error.h"
 
@@ -44,11 +45,13 @@ struct Decimal {
   const char* last = nullptr;
 };
 
-/// Reads [-]digits[.digits] with at most 15 digits, twice as fast as std::from_chars: whole number
-/// and power of ten are then both exact doubles, so their quotient is correctly rounded.
+/// Reads [-]digits[.digits][e[-]digits] with at most 15 digits and a power of ten within 10^+-22,
+/// faster than std::from_chars: whole number and power of ten are then exact doubles, so their
+/// product or quotient is correctly rounded.
 Decimal read_short_decimal(const char* first, const char* end) {
-  constexpr std::array<double, 16> kPowersOfTen = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                   1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  constexpr std::array<double, 23> kPowersOfTen = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                   1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                   1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
   const char* at = first;
   const bool negative = at != end && *at == '-';
   if (negative) ++at;
@@ -63,10 +66,22 @@ Decimal read_short_decimal(const char* first, const char* end) {
     decimals = at - fraction;
     digit_count += decimals;
   }
-  const bool is_exact = digit_count >= 1 && digit_count <= 15;  // more may have wrapped around
+  std::ptrdiff_t power = -decimals;
+  if (at != end && lower(*at) == 'e') {
+    const bool below_one = ++at != end && *at == '-';
+    if (below_one) ++at;
+    const char* const exponent = at;
+    std::ptrdiff_t value = 0;
+    for (; at != end && is_digit(*at) && at - exponent < 3; ++at) value = 10 * value + (*at - '0');
+    if (at == exponent) return {};
+    power += below_one ? -value : value;
+  }
+  const bool is_exact = digit_count >= 1 && digit_count <= 15 &&  // more may have wrapped around
+                        power >= -22 && power <= 22;
   if (!is_exact || (at != end && !ends_word(*at))) return {};
-  const double value =
-      static_cast<double>(whole) / kPowersOfTen[static_cast<std::size_t>(decimals)];
+  const double scale = kPowersOfTen[static_cast<std::size_t>(std::abs(power))];
+  const auto digits_value = static_cast<double>(whole);
+  const double value = power < 0 ? digits_value / scale : digits_value * scale;
   return {negative ? -value : value, at};
 }
 
@@ -130,7 +145,7 @@ double TextScanner::number() {
   const char* const end = text_.data() + text_.size();
   const char* first = text_.data() + begin;
   const Decimal decimal = read_short_decimal(first, end);
-  if (decimal.last != nullptr) {
+  if (decimal.last != nullptr && std::abs(decimal.value) <= kLargestNumber) {
     offset_ = static_cast<std::size_t>(decimal.last - text_.data());
     return decimal.value;
   }

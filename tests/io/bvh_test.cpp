@@ -83,6 +83,8 @@ const std::vector<Case> kBrokenFiles = {
     {"nan", "20:3: 'nan' is not a finite number up to 1e30; mend or remove the frame"},
     {"infinity", "20:3: '-inf' is not a finite number up to 1e30; mend or remove the frame"},
     {"beyond_1e30", "20:3: '1e31' is not a finite number up to 1e30; mend or remove the frame"},
+    {"beyond_1e30_in_many_digits",
+     "20:3: '100000000e23' is not a finite number up to 1e30; mend or remove the frame"},
     {"decimal_comma", "20:19: '7,5' has a decimal comma; write it with a point"},
     {"word_in_row", "20:19: expected a number, found 'seven'"},
     {"two_points", "20:19: expected a number, found '7.5.1'"},
@@ -215,7 +217,9 @@ std::string random_number_text(Rng& rng) {
     if (i == point) text += '.';
     text += static_cast<char>('0' + rng.index(10));
   }
-  if (rng.index(4) == 0) text += (rng.index(2) == 0 ? "e" : "E-") + std::to_string(rng.index(9));
+  const int form = rng.index(3);
+  if (form == 1) text.append("e").append(std::to_string(rng.index(10)));
+  if (form == 2) text.append("E-").append(std::to_string(rng.index(40)));
   return text;
 }
 
