@@ -78,6 +78,20 @@ double place(const PlotArea& area, double value) {
   return area.to_y(std::clamp(value, area.y.min, area.y.max));
 }
 
+// Where the value is written: beyond the error bar, and beyond the diamond if that is in the way.
+double value_baseline(const PlotArea& area, const BarSeries& series, std::size_t group,
+                      double size) {
+  const double value = series.values[group];
+  const double error = error_at(series, group);
+  if (value < 0.0) return place(area, value - error) + size + 2.0;
+  const double baseline = place(area, value + error) - 4.0;
+  if (series.references.empty() || !std::isfinite(series.references[group])) return baseline;
+  constexpr double kDiamond = 6.0;
+  const double diamond = place(area, series.references[group]);
+  const bool free = diamond - kDiamond > baseline || diamond + kDiamond < baseline - size;
+  return free ? baseline : diamond - kDiamond - 2.0;
+}
+
 // The bar of one series in one group, with its center and width in units.
 void draw_bar(Canvas& canvas, const PlotArea& area, const BarSeries& series, std::size_t group,
               const Color& color, double center, double width, bool show_value) {
@@ -100,8 +114,8 @@ void draw_bar(Canvas& canvas, const PlotArea& area, const BarSeries& series, std
   const std::string text = fixed_number(value, std::max(2, area.y.decimals));
   const double size = kTickSize - 1.0;
   if (show_value && text_width(text, size) <= width + 6.0) {
-    const double y = value >= 0.0 ? std::min(high, tip) - 4.0 : std::max(low, tip) + size + 2.0;
-    canvas.text({center, y}, text, {.size = size, .anchor = Anchor::kMiddle});
+    canvas.text({center, value_baseline(area, series, group, size)}, text,
+                {.size = size, .anchor = Anchor::kMiddle});
   }
   canvas.end_group();
 }

@@ -75,7 +75,7 @@ PlotArea scales_of(const ChartPanel& panel, std::size_t index, double width, dou
     }
   }
   PlotArea area;
-  area.x = make_scale(panel.x, xs, std::clamp(static_cast<int>(width / 60.0), 2, 12),
+  area.x = make_scale(panel.x, xs, std::clamp(static_cast<int>(width / 90.0), 2, 10),
                       panel_place(index) + ", x");
   // A curve over its own span needs no empty rim: x ends with the data.
   if (!xs.empty()) {
@@ -87,7 +87,7 @@ PlotArea scales_of(const ChartPanel& panel, std::size_t index, double width, dou
       return tick < area.x.min - rim || tick > area.x.max + rim;
     });
   }
-  area.y = make_scale(panel.y, ys, std::clamp(static_cast<int>(height / 34.0), 2, 8),
+  area.y = make_scale(panel.y, ys, std::clamp(static_cast<int>(height / 26.0), 2, 8),
                       panel_place(index) + ", y");
   return area;
 }
@@ -138,14 +138,24 @@ void draw_curve(Canvas& canvas, const PlotArea& area, const Curve& curve, const 
     if (curve.line) {
       canvas.polyline(points, {.color = color, .width = 1.9, .dashed = curve.dashed});
     }
-    // A lone point has no line to be seen by.
-    if (!curve.markers && curve.line && points.size() > 1) continue;
-    for (const Point& point : points) {
-      canvas.circle(point, 4.0, kWhite);
-      canvas.circle(point, 3.0, color);
-    }
   }
   canvas.end_group();
+}
+
+// Markers on the axes' ends stay whole, those outside are left out.
+void draw_markers(Canvas& canvas, const PlotArea& area, const Curve& curve, const Color& color) {
+  for (const Run& run : finite_runs(curve.x, curve.y, curve.y)) {
+    // A lone point has no line to be seen by.
+    const bool lone = run.end - run.begin == 1;
+    if (!curve.markers && curve.line && !lone) continue;
+    for (std::size_t i = run.begin; i < run.end; ++i) {
+      const bool inside = curve.x[i] >= area.x.min && curve.x[i] <= area.x.max &&
+                          curve.y[i] >= area.y.min && curve.y[i] <= area.y.max;
+      if (!inside) continue;
+      canvas.circle(place_point(area, curve.x[i], curve.y[i]), 4.0, kWhite);
+      canvas.circle(place_point(area, curve.x[i], curve.y[i]), 3.0, color);
+    }
+  }
 }
 
 void draw_spans(Canvas& canvas, const PlotArea& area, const ChartPanel& panel) {
@@ -190,12 +200,14 @@ void draw_panel(Canvas& canvas, const ChartPanel& panel, const PlotArea& area,
   draw_vertical_axis(canvas, area, panel.y.label);
   draw_horizontal_axis(canvas, area, panel.x.label);
   draw_marks(canvas, area, panel);
-  // Lines and markers at the very edge stay whole.
-  constexpr double kRim = 4.0;
-  canvas.begin_clip({box.x - kRim, box.y - kRim, box.width + 2.0 * kRim, box.height + 2.0 * kRim});
+  canvas.begin_clip(box);
   for (const Curve& curve : panel.curves) draw_band(canvas, area, curve, color_of(names, curve));
+  canvas.end_clip();
+  constexpr double kRim = 1.0;  // half of a line's width: one along the edge stays whole
+  canvas.begin_clip({box.x - kRim, box.y - kRim, box.width + 2.0 * kRim, box.height + 2.0 * kRim});
   for (const Curve& curve : panel.curves) draw_curve(canvas, area, curve, color_of(names, curve));
   canvas.end_clip();
+  for (const Curve& curve : panel.curves) draw_markers(canvas, area, curve, color_of(names, curve));
   if (!has_point(panel)) {
     canvas.text({box.x + 0.5 * box.width, box.y + 0.5 * box.height}, "no data",
                 {.size = kPanelTitleSize, .anchor = Anchor::kMiddle});
@@ -221,8 +233,7 @@ void check_chart(const LineChart& chart, const ChartOptions& options) {
 }
 
 // The plot inside a panel's cell, once there is room for titles, ticks and labels.
-Box plot_box(const ChartPanel& panel, const PlotArea& scales, const Box& cell) {
-  const double left = label_room(scales.y) + (panel.y.label.empty() ? 0.0 : 18.0);
+Box plot_box(const ChartPanel& panel, const Box& cell, double left) {
   const double top = panel.title.empty() ? 8.0 : kPanelTitleSize + 12.0;
   const double bottom = panel.x.label.empty() ? 22.0 : 40.0;
   constexpr double kRight = 10.0;  // half of the last tick's label
@@ -250,13 +261,19 @@ std::string line_chart(const LineChart& chart, const ChartOptions& options) {
   };
   const double cell_width = share(width, kPanelGapX, columns);
   const double cell_height = share(options.height - top - 8.0, kPanelGapY, rows);
+  std::vector<PlotArea> areas;
+  double left = 0.0;  // of every panel, so that plots are of one size and stand in line
+  for (std::size_t p = 0; p < count; ++p) {
+    areas.push_back(scales_of(chart.panels[p], p, cell_width, cell_height));
+    const double label = chart.panels[p].y.label.empty() ? 0.0 : 18.0;
+    left = std::max(left, label_room(areas.back().y) + label);
+  }
   for (std::size_t p = 0; p < count; ++p) {
     const Box cell{kChartMargin + static_cast<double>(p % columns) * (cell_width + kPanelGapX),
                    top + static_cast<double>(p / columns) * (cell_height + kPanelGapY), cell_width,
                    cell_height};
-    PlotArea area = scales_of(chart.panels[p], p, cell_width, cell_height);
-    area.box = plot_box(chart.panels[p], area, cell);
-    draw_panel(*canvas, chart.panels[p], area, names);
+    areas[p].box = plot_box(chart.panels[p], cell, left);
+    draw_panel(*canvas, chart.panels[p], areas[p], names);
   }
   return canvas->finish();
 }

@@ -162,11 +162,15 @@ void draw_values(Canvas& canvas, const MatrixChart& chart, const Scale& scale, c
   if (!chart.show_values) return;
   const double size = std::min(kLargestLabel, 0.4 * grid.cell);
   if (size < kSmallestLabel) return;
+  const bool whole =
+      (chart.values.array().isNaN() || (chart.values.array() == chart.values.array().round()))
+          .all();
+  const int decimals = whole ? 0 : std::max(2, scale.decimals);
   for (Eigen::Index r = 0; r < chart.values.rows(); ++r) {
     for (Eigen::Index c = 0; c < chart.values.cols(); ++c) {
       const double value = chart.values(r, c);
       if (!std::isfinite(value)) continue;
-      const std::string text = short_number(value, std::max(2, scale.decimals));
+      const std::string text = fixed_number(value, decimals);
       if (text_width(text, size) > grid.cell - 2.0) continue;
       const bool bright = luminance(step_color(color_step(scale, value))) > 0.55;
       canvas.text({grid.x(c) + 0.5 * grid.cell, grid.y(r) + 0.5 * grid.cell + 0.36 * size}, text,
