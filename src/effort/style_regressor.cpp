@@ -1,5 +1,6 @@
 #include "laban/effort/style_regressor.h"
 
+#include <cmath>
 #include <utility>
 
 #include "laban/learn/gaussian_kernel.h"
@@ -271,6 +272,10 @@ std::optional<StylePrediction> StyleRegressor::predict_with_error(
   const Eigen::RowVectorXd twin_squared = (scratch.standardized - twin).colwise().squaredNorm();
   for (int f = 0; f < kFactorCount; ++f) {
     const FactorFit& fit = state_.fits[static_cast<std::size_t>(f)];
+    if (fit.loss_weight == 0.0) {  // no machine: all that interpolation missed is left unexplained
+      result.standard_error.row(f).setConstant(std::sqrt(state_.signal_variance[f]));
+      continue;
+    }
     Eigen::MatrixXd K = learn::gaussian_kernel(centers_squared, fit.width);
     Eigen::MatrixXd k = learn::gaussian_kernel(scratch.squared, fit.width);
     Eigen::RowVectorXd prior = Eigen::RowVectorXd::Ones(z.cols());

@@ -90,8 +90,8 @@ void require_choices(const std::vector<CrossValidationChoice>& choices) {
 }
 
 /// Keeps, for each target, the better of what it has and `candidate` with these residuals.
-void keep_better(const Eigen::MatrixXd& residuals, CrossValidationChoice candidate,
-                 std::vector<CrossValidationChoice>& best) {
+void keep_better(const Eigen::Ref<const Eigen::MatrixXd>& residuals,
+                 CrossValidationChoice candidate, std::vector<CrossValidationChoice>& best) {
   const Eigen::RowVectorXd errors =
       residuals.colwise().squaredNorm() / static_cast<double>(residuals.rows());
   for (Eigen::Index target = 0; target < errors.size(); ++target) {
@@ -148,26 +148,39 @@ Eigen::MatrixXd kernel_ridge_held_out_residuals(const Eigen::Ref<const Eigen::Ma
   return held_out_residuals(kernel, targets, loss_weight, list_folds(folds, kernel.rows()));
 }
 
-std::vector<CrossValidationChoice> select_kernel_ridge(
-    std::span<const Eigen::MatrixXd> kernels, const Eigen::Ref<const Eigen::MatrixXd>& targets,
-    std::span<const double> loss_weights, std::span<const int> folds) {
+void visit_kernel_ridge_grid(std::span<const Eigen::MatrixXd> kernels,
+                             const Eigen::Ref<const Eigen::MatrixXd>& targets,
+                             std::span<const double> loss_weights, std::span<const int> folds,
+                             const HeldOutVisitor& visit) {
   require_offered(kernels, "kernel");
   require_offered(loss_weights, "loss weight");
   const std::vector<Fold> fold_list = list_folds(folds, targets.rows());
-  std::vector<CrossValidationChoice> best = no_choices(targets.cols());
   for (std::size_t k = 0; k < kernels.size(); ++k) {
-    require_samples("select_kernel_ridge", kernels[k]);
-    require_rows("select_kernel_ridge", kernels[k].rows(), kernels[k].cols());
-    require_targets("select_kernel_ridge", targets, kernels[k].rows());
+    require_samples("visit_kernel_ridge_grid", kernels[k]);
+    require_rows("visit_kernel_ridge_grid", kernels[k].rows(), kernels[k].cols());
+    require_targets("visit_kernel_ridge_grid", targets, kernels[k].rows());
     for (const double loss_weight : loss_weights) {
+      Eigen::MatrixXd residuals;
       try {
-        keep_better(held_out_residuals(kernels[k], targets, loss_weight, fold_list),
-                    {.kernel = static_cast<int>(k), .loss_weight = loss_weight}, best);
+        residuals = held_out_residuals(kernels[k], targets, loss_weight, fold_list);
       } catch (const base::Error& error) {
         if (error.kind() != base::ErrorKind::kNumeric) throw;
+        continue;
       }
+      visit(static_cast<int>(k), loss_weight, residuals);
     }
   }
+}
+
+std::vector<CrossValidationChoice> select_kernel_ridge(
+    std::span<const Eigen::MatrixXd> kernels, const Eigen::Ref<const Eigen::MatrixXd>& targets,
+    std::span<const double> loss_weights, std::span<const int> folds) {
+  std::vector<CrossValidationChoice> best = no_choices(targets.cols());
+  visit_kernel_ridge_grid(kernels, targets, loss_weights, folds,
+                          [&](int kernel, double loss_weight, const auto& residuals) {
+                            keep_better(residuals, {.kernel = kernel, .loss_weight = loss_weight},
+                                        best);
+                          });
   require_choices(best);
   return best;
 }

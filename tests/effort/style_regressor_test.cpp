@@ -112,6 +112,9 @@ TEST(StyleRegressor, IsTheLearnersPredictionInThePapersProtocol) {
                                                       .tolerance = 1e-3 * deviation})
                     .predict(q),
                 1e-9);
+    const auto& fifth = models[4];
+    ASSERT_EQ(fifth.state().interpolation[f], 1.0);
+    ASSERT_GT(fit(4).loss_weight, 0.0);
     expect_near(4, f,
                 learn::fit_kernel_ridge(x, residual,
                                         {.width = fit(4).width, .loss_weight = fit(4).loss_weight})
@@ -211,7 +214,7 @@ TEST(StyleRegressor, StandardErrorIsTheGaussianProcessOne) {
 TEST(StyleRegressor, StandardErrorOfASymmetricModelIsSmallerAtSamplesAndTwinsAlike) {
   const StyleSamples samples = some_blends(40);
   const StyleRegressor model =
-      fit_style_regressor(samples, RegressorKind::kResidualKernelRidge, {.grid = small_grid()});
+      fit_style_regressor(samples, RegressorKind::kKernelRidge, {.grid = small_grid()});
   const auto at = model.predict_with_error(samples.features);
   const auto twin = model.predict_with_error(swap_order(samples.features));
   Eigen::MatrixXd far = samples.features;
@@ -237,14 +240,32 @@ TEST(StyleRegressor, FallsBackToInterpolationWhereThatIsTheTruth) {
   EXPECT_LT(mean_squared_error(models[4], other), 1.05 * mean_squared_error(models[0], other));
 }
 
-TEST(StyleRegressor, DefaultIsTheResidualModelUnlessPlainKernelRidgeFitsBetter) {
-  EXPECT_EQ(fit_default_regressor(some_blends(60)).kind(), RegressorKind::kResidualKernelRidge);
-  // Labels that have nothing to do with the seeds' Efforts: interpolation misleads.
+TEST(StyleRegressor, DefaultLearnsWhatInterpolationMissesUnlessInterpolationMisleads) {
+  EXPECT_EQ(fit_default_regressor(some_blends(60)).state().interpolation, Eigen::Vector3d::Ones());
+  // One factor has nothing to do with the seeds' Efforts.
   StyleSamples samples = some_blends(60);
-  for (int n = 0; n < 60; ++n) {
-    samples.labels.col(n).setConstant(2.0 * samples.features(0, n) + samples.features(3, n));
+  samples.labels.row(1) = 2.0 * (samples.features.row(0) + samples.features.row(3));
+  const StyleRegressor model = fit_default_regressor(samples);
+  EXPECT_EQ(model.state().interpolation, Eigen::Vector3d(1.0, 0.0, 1.0));
+  const StyleRegressor plain = fit_style_regressor(samples, RegressorKind::kKernelRidge);
+  EXPECT_EQ(model.predict(samples.features).row(1), plain.predict(samples.features).row(1));
+}
+
+TEST(StyleRegressor, WithoutACorrectionTheErrorIsAllThatInterpolationMisses) {
+  base::Rng rng(1);
+  const StyleSamples samples = invent_blends({.noise = 0.5}, rng);
+  RegressorGrid grid = small_grid();
+  grid.relative_widths = {0.01};  // too narrow to say anything about another sample
+  const StyleRegressor model =
+      fit_style_regressor(samples, RegressorKind::kResidualKernelRidge, {.grid = grid});
+  const auto predicted = model.predict_with_error(samples.features);
+  for (int f = 0; f < kFactorCount; ++f) {
+    if (model.fits()[static_cast<std::size_t>(f)].loss_weight != 0.0) continue;
+    const Eigen::RowVectorXd missed =
+        samples.labels.row(f) - linear_interpolation(samples.features).row(f);
+    EXPECT_NEAR(predicted->standard_error(f, 3), std::sqrt(missed.squaredNorm() / 105.0), 1e-12);
+    EXPECT_EQ(predicted->mean.row(f), linear_interpolation(samples.features).row(f));
   }
-  EXPECT_EQ(fit_default_regressor(samples).kind(), RegressorKind::kKernelRidge);
 }
 
 TEST(StyleRegressor, SurvivesItsModelFileToTheBit) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,20 @@ struct CrossValidationChoice {
     const Eigen::Ref<const Eigen::MatrixXd>& kernel,
     const Eigen::Ref<const Eigen::MatrixXd>& targets, double loss_weight,
     std::span<const int> folds);
+
+/// Told the held-out residuals (N x P) of one point of a grid.
+using HeldOutVisitor = std::function<void(int kernel, double loss_weight,
+                                          const Eigen::Ref<const Eigen::MatrixXd>& residuals)>;
+
+/// Visits every point of the grid, kernel by kernel, with its held-out residuals, for selection by
+/// any criterion. Points of the grid whose system does not solve are passed over.
+///
+/// @param kernels  N x N each (one a width), @param targets  N x P.
+/// @throws Error{kUsage} if a list is empty; Error{kData} as above.
+void visit_kernel_ridge_grid(std::span<const Eigen::MatrixXd> kernels,
+                             const Eigen::Ref<const Eigen::MatrixXd>& targets,
+                             std::span<const double> loss_weights, std::span<const int> folds,
+                             const HeldOutVisitor& visit);
 
 /// The kernel and loss weight of least pooled squared error, for each target by itself; of equals
 /// the first kernel, then the first loss weight. Points of the grid whose system does not solve are
