@@ -110,7 +110,9 @@ Layout spread_layout(const std::vector<StripMotion>& motions, std::size_t cells,
   layout.scale = kHighestRow / layout.row.height();
   const double travel = widest_travel(motions, true).width();
   if (options.trajectories) {
-    const bool narrow = travel <= std::max(2.5 * need, 1.1 * motions.front().body.size_m);
+    // Beside the row the panel may take up to two sevenths of the width, or what is free.
+    const bool fits = (count * need + travel) * layout.scale <= width - kSideGap;
+    const bool narrow = fits || travel <= 0.4 * count * need;
     layout.panel = narrow ? TrailPanel::kBeside : TrailPanel::kBelow;
   }
   const bool beside = layout.panel == TrailPanel::kBeside;
@@ -124,6 +126,8 @@ Layout spread_layout(const std::vector<StripMotion>& motions, std::size_t cells,
   layout.panel_scale = layout.scale;
   if (layout.panel == TrailPanel::kBelow) {
     layout.panel_scale = std::min(layout.scale, width / travel);
+    // One scale for all is easier to read, where it costs little.
+    if (layout.panel_scale > 0.8 * layout.scale) layout.scale = layout.panel_scale;
   }
   return layout;
 }
