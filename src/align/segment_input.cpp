@@ -1,6 +1,7 @@
 #include "laban/align/segment_input.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -13,6 +14,12 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 using motion::PoseMatrix;
+
+// Every stride-th frame, the first among them.
+Eigen::MatrixXd thinned(const Eigen::MatrixXd& features, int stride) {
+  const Eigen::Index count = (features.cols() + stride - 1) / stride;
+  return features(Eigen::all, Eigen::seqN(0, count, stride));
+}
 
 // The mean difference between input frames and the fragment frames they lie beside, a path cell
 // counting one.
@@ -38,11 +45,45 @@ bool same_snippets(const std::vector<Snippet>& a, const std::vector<Snippet>& b)
   });
 }
 
+struct Offset {
+  Eigen::VectorXd value;
+  int rounds = 0;
+  bool converged = false;
+};
+
+// The offset of the input's features, found together with the path on thinned frames; nothing if
+// the slope limit leaves no path.
+std::optional<Offset> find_offset(const Eigen::MatrixXd& input,
+                                  const std::vector<Eigen::MatrixXd>& all_fragments, int stride,
+                                  const SegmentInputOptions& options) {
+  Eigen::MatrixXd features = thinned(input, stride);
+  std::vector<Eigen::MatrixXd> fragments;
+  for (const Eigen::MatrixXd& fragment : all_fragments) {
+    fragments.push_back(thinned(fragment, stride));
+  }
+  Offset offset{Eigen::VectorXd::Zero(input.rows())};
+  std::optional<Segmentation> current = segment(features, fragments, options.steps);
+  if (!current) return std::nullopt;
+  while (!offset.converged && offset.rounds < options.offset_rounds) {
+    const Eigen::VectorXd step = mean_difference(features, current->snippets, fragments);
+    offset.value += step;
+    features.colwise() -= step;
+    std::optional<Segmentation> next = segment(features, fragments, options.steps);
+    offset.converged = same_snippets(current->snippets, next->snippets);
+    current = std::move(next);
+    ++offset.rounds;
+  }
+  return offset;
+}
+
 }  // namespace
 
 FragmentSet::FragmentSet(ContentMetric metric, std::span<const PoseMatrix> poses,
                          std::vector<int> groups, std::vector<int> performers)
-    : metric_(std::move(metric)), groups_(std::move(groups)), performers_(std::move(performers)) {
+    : frame_rate_hz_(poses.empty() ? 0.0 : poses[0].frame_rate_hz),
+      metric_(std::move(metric)),
+      groups_(std::move(groups)),
+      performers_(std::move(performers)) {
   if (poses.empty() || groups_.size() != poses.size() || performers_.size() != poses.size()) {
     throw Error(ErrorKind::kData, "FragmentSet: " + std::to_string(poses.size()) + " fragments, " +
                                       std::to_string(groups_.size()) + " groups, " +
@@ -50,6 +91,13 @@ FragmentSet::FragmentSet(ContentMetric metric, std::span<const PoseMatrix> poses
                                       " performers (must be as many, at least 1)");
   }
   std::map<int, std::vector<PoseMatrix>> clips_of;
+  for (const PoseMatrix& pose : poses) {
+    if (pose.frame_rate_hz != frame_rate_hz_) {
+      throw Error(ErrorKind::kData, "FragmentSet: frame rates " + std::to_string(frame_rate_hz_) +
+                                        " and " + std::to_string(pose.frame_rate_hz) +
+                                        " Hz (must be one)");
+    }
+  }
   for (std::size_t i = 0; i < poses.size(); ++i) clips_of[performers_[i]].push_back(poses[i]);
   std::map<int, Eigen::VectorXd> mean_of;
   for (const auto& [performer, clips] : clips_of) mean_of[performer] = metric_.mean_pose(clips);
@@ -64,6 +112,10 @@ std::vector<std::string> SegmentInputOptions::problems() const {
     found.push_back("SegmentInputOptions::offset_rounds = " + std::to_string(offset_rounds) +
                     " (must be >= 0)");
   }
+  if (!(offset_rate_hz > 0.0)) {
+    found.push_back("SegmentInputOptions::offset_rate_hz = " + std::to_string(offset_rate_hz) +
+                    " (must be > 0)");
+  }
   return found;
 }
 
@@ -72,25 +124,30 @@ std::optional<InputSegmentation> segment_input(const PoseMatrix& input,
                                                const SegmentInputOptions& options) {
   const std::vector<std::string> problems = options.problems();
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
+  if (input.frame_rate_hz != fragments.frame_rate_hz()) {
+    throw Error(ErrorKind::kData, "segment_input: input at " + std::to_string(input.frame_rate_hz) +
+                                      " Hz, fragments at " +
+                                      std::to_string(fragments.frame_rate_hz()) +
+                                      " Hz (resample it first)");
+  }
   const ContentMetric& metric = fragments.metric();
   InputSegmentation result;
   result.features = metric.features(input, metric.mean_pose({&input, 1}));
-  std::optional<Segmentation> current =
-      segment(result.features, fragments.features(), options.steps);
-  if (!current) return std::nullopt;
-  const int rounds = metric.kind() == MetricKind::kRaw ? 0 : options.offset_rounds;
-  result.converged = rounds == 0;
-  while (!result.converged && result.rounds < rounds) {
-    result.features.colwise() -=
-        mean_difference(result.features, current->snippets, fragments.features());
-    std::optional<Segmentation> next =
-        segment(result.features, fragments.features(), options.steps);
-    result.converged = same_snippets(current->snippets, next->snippets);
-    current = std::move(next);
-    ++result.rounds;
+  result.converged = true;
+  if (metric.kind() == MetricKind::kContent && options.offset_rounds > 0) {
+    const double stride = std::max(1.0, std::floor(input.frame_rate_hz / options.offset_rate_hz));
+    const std::optional<Offset> offset =
+        find_offset(result.features, fragments.features(), static_cast<int>(stride), options);
+    if (offset) {
+      result.features.colwise() -= offset->value;
+      result.rounds = offset->rounds;
+    }
+    result.converged = offset && offset->converged;
   }
-  result.snippets = std::move(current->snippets);
-  result.cost = current->cost;
+  std::optional<Segmentation> found = segment(result.features, fragments.features(), options.steps);
+  if (!found) return std::nullopt;
+  result.snippets = std::move(found->snippets);
+  result.cost = found->cost;
   return result;
 }
 

@@ -86,8 +86,9 @@ TEST(SegmentInput, EveryRoundLowersTheCommonCost) {
   const FragmentSet set = fragment_set(corpus_without(3));
   const PoseMatrix input = joined(3, {1, 1, 2}, 0.5);  // its mean is not the performer's
   double before = std::numeric_limits<double>::infinity();
-  for (int rounds = 0; rounds < 6; ++rounds) {
-    const auto result = segment_input(input, set, {.offset_rounds = rounds});
+  for (int rounds = 0; rounds < 6; ++rounds) {  // on every frame of the 60 a second
+    const auto result =
+        segment_input(input, set, {.offset_rounds = rounds, .offset_rate_hz = 60.0});
     ASSERT_TRUE(result.has_value());
     EXPECT_LE(result->cost, before * (1.0 + 1e-12));
     EXPECT_LE(result->rounds, rounds);
@@ -119,6 +120,29 @@ TEST(SegmentInput, ReportsThatNoPathExists) {
   const FragmentSet set = fragment_set(corpus_without(0));
   const PoseMatrix input = take(0, 0).slice(0, 5);
   EXPECT_FALSE(segment_input(input, set, {.steps = {.slope_limit = 2}}).has_value());
+}
+
+TEST(SegmentInput, AnOffsetFromFewFramesIsNearlyThatOfAll) {
+  const FragmentSet set = fragment_set(corpus_without(1));
+  const PoseMatrix input = joined(1, {0, 2, 2, 3}, 0.4);
+  const auto few = segment_input(input, set);
+  const auto all = segment_input(input, set, {.offset_rate_hz = 60.0});
+  const auto none = segment_input(input, set, {.offset_rounds = 0});
+  EXPECT_EQ(contents_of(*few, set), contents_of(*all, set));
+  EXPECT_LT(few->cost - all->cost, 0.1 * (none->cost - all->cost));
+}
+
+TEST(SegmentInput, RefusesAnotherFrameRate) {
+  const FragmentSet set = fragment_set(corpus_without(1));
+  PoseMatrix input = take(0, 1);
+  input.frame_rate_hz = 30.0;
+  try {
+    (void)segment_input(input, set);
+    FAIL() << "nothing was thrown";
+  } catch (const base::Error& error) {
+    EXPECT_EQ(error.kind(), base::ErrorKind::kData);
+    EXPECT_THAT(error.what(), testing::HasSubstr("input at 30"));
+  }
 }
 
 TEST(FragmentSet, RefusesSizesThatDiffer) {

@@ -15,17 +15,20 @@ namespace laban::align {
 /// The fragments of a database, ready to be matched: their features under one metric, each
 /// relative to its performer's mean pose. Immutable.
 ///
-/// Invariant: at least one fragment; one group number and one performer number a fragment.
+/// Invariant: at least one fragment, all of one frame rate; one group number and one performer
+/// number a fragment.
 class FragmentSet {
  public:
   /// @param poses       the fragments.
   /// @param groups      content of each fragment.
   /// @param performers  performer of each fragment; a performer's mean pose is taken over all his
   ///                    fragments here.
-  /// @throws Error{kData} if there is no fragment or sizes differ.
+  /// @throws Error{kData} if there is no fragment, or sizes or frame rates differ.
   FragmentSet(ContentMetric metric, std::span<const motion::PoseMatrix> poses,
               std::vector<int> groups, std::vector<int> performers);
 
+  /// Of every fragment, Hz.
+  [[nodiscard]] double frame_rate_hz() const noexcept { return frame_rate_hz_; }
   [[nodiscard]] const ContentMetric& metric() const noexcept { return metric_; }
   [[nodiscard]] int fragment_count() const noexcept { return static_cast<int>(features_.size()); }
   /// D x T_i features a fragment.
@@ -34,6 +37,7 @@ class FragmentSet {
   [[nodiscard]] const std::vector<int>& performers() const noexcept { return performers_; }
 
  private:
+  double frame_rate_hz_;
   ContentMetric metric_;
   std::vector<Eigen::MatrixXd> features_;  // D x T_i
   std::vector<int> groups_;
@@ -46,6 +50,9 @@ struct SegmentInputOptions {
   /// Most rounds of estimating the input's offset and segmenting again, >= 0; 0 keeps the plain
   /// mean of its frames.
   int offset_rounds = 10;
+  /// The rounds look at every k-th frame of input and fragments, k = frame rate / this, rounded
+  /// down, at least 1: the offset is an average and does not need every frame. > 0, Hz.
+  double offset_rate_hz = 15.0;
 
   /// Broken rules, those of `steps` included; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
@@ -54,9 +61,9 @@ struct SegmentInputOptions {
 /// An input cut into snippets that each play one fragment.
 struct InputSegmentation {
   std::vector<Snippet> snippets;  ///< as Segmentation's; costs in the metric's units
-  double cost = 0.0;              ///< as Segmentation's, of the last round
-  Eigen::MatrixXd features;       ///< D x T: the input's features as matched in the last round
-  int rounds = 0;                 ///< times the offset was estimated again
+  double cost = 0.0;              ///< as Segmentation's
+  Eigen::MatrixXd features;       ///< D x T: the input's features less their offset, as matched
+  int rounds = 0;                 ///< times the offset was estimated
   bool converged = false;         ///< the last round changed no snippet
 };
 
@@ -66,11 +73,15 @@ struct InputSegmentation {
 /// it holds. So the offset of the input's features is a further unknown beside the path, and their
 /// common cost is lowered in turn: given the path, the best offset is the mean difference between
 /// the input and fragment frames of its cells; given the offset, the best path is `segment`'s. It
-/// starts at the mean of the input's frames and ends when no snippet changes; the cost never rises.
-/// With the raw metric nothing is estimated, as in the paper.
+/// starts at the mean of the input's frames and ends when no snippet changes; the cost (of the
+/// frames that the rounds look at) never rises. A last segmentation takes every frame. With the raw
+/// metric nothing is estimated, as in the paper.
 ///
+/// @param input  at the fragments' frame rate.
 /// @returns nothing if the slope limit leaves no path.
-/// @throws Error{kUsage} if `options` has problems; Error{kData} as `segment`.
+/// @throws Error{kUsage} if `options` has problems; Error{kData} as `segment`, or if the frame
+/// rates
+///         differ.
 [[nodiscard]] std::optional<InputSegmentation> segment_input(
     const motion::PoseMatrix& input, const FragmentSet& fragments,
     const SegmentInputOptions& options = {});
