@@ -45,6 +45,28 @@ motion::Clip moved(const motion::Clip& clip, double yaw, const Eigen::Vector3d& 
   return {clip.shared_skeleton(), clip.frame_rate_hz(), std::move(root), std::move(rotations)};
 }
 
+// The same motion below a root that stays at the origin, as in captures whose hips travel.
+motion::Clip carried(const motion::Clip& clip, const std::string& root_name) {
+  std::vector<motion::Joint> joints = {{.name = root_name}};
+  for (motion::Joint joint : clip.skeleton().joints()) {
+    ++joint.parent;
+    joints.push_back(std::move(joint));
+  }
+  const Eigen::Index count = clip.joint_count() + 1;
+  std::vector<Eigen::Quaterniond> rotations;
+  Eigen::Matrix3Xd translations = Eigen::Matrix3Xd::Zero(3, clip.frame_count() * count);
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    rotations.push_back(Eigen::Quaterniond::Identity());
+    for (int j = 0; j < clip.joint_count(); ++j) {
+      rotations.push_back(clip.rotation(f, j));
+      translations.col(f * count + j + 1) = clip.translation(f, j);
+    }
+  }
+  return {std::make_shared<const motion::Skeleton>(std::move(joints)), clip.frame_rate_hz(),
+          Eigen::Matrix3Xd::Zero(3, clip.frame_count()), std::move(rotations),
+          std::move(translations)};
+}
+
 std::string svg(std::vector<Strip> strips, ContactSheetOptions options = {}) {
   options.format = Format::kSvg;
   return contact_sheet(strips, options);
@@ -172,6 +194,26 @@ TEST(ContactSheet, TellsSidesByAnyRigsNames) {
   EXPECT_EQ(blues(renamed(clip, restyled("l", "r", false))), expected);  // lthigh beside rthigh
   EXPECT_EQ(blues(renamed(clip, [](const std::string&) { return std::string("j"); })), expected)
       << "nameless joints are told by x at rest";
+}
+
+TEST(ContactSheet, NamesWinOverTheRestPose) {
+  const motion::Clip clip = person(31);
+  for (const auto& [left, right] : std::vector<std::pair<std::string, std::string>>{
+           {"Left", "Right"}, {"l", "r"}, {"L", "R"}, {"lf_", "rf_"}}) {
+    const auto named = [&](const std::string& for_left, const std::string& for_right) {
+      return svg({{.clip = renamed(clip, [&](const std::string& name) {
+                     if (name.starts_with("left_")) return for_left + name.substr(5);
+                     return name.starts_with("right_") ? for_right + name.substr(6) : name;
+                   })}});
+    };
+    EXPECT_NE(named(left, right), named(right, left)) << left;
+  }
+}
+
+TEST(ContactSheet, LeavesOutARootThatOnlyCarriesTheBody) {
+  const motion::Clip clip = person(31);
+  EXPECT_EQ(svg({{.clip = carried(clip, "joint_Root")}}), svg({{.clip = clip}}));
+  EXPECT_EQ(svg({{.clip = carried(clip, "top")}}), svg({{.clip = clip}}));
 }
 
 TEST(ContactSheet, DrawsAHeadForEachPoseIfAJointIsNamedSo) {
