@@ -19,6 +19,10 @@ struct Writer {
 
   /// Moves on by a stroke (a movement) of that neutral length.
   double stroke(double seconds) { return now_s += seconds * manner.pace; }
+  /// Moves on by a stroke that carries a limb to its place.
+  double drive(double seconds) { return now_s += seconds * manner.drive; }
+  /// Moves on by the stroke in which the action's force lies.
+  double strike(double seconds) { return now_s += seconds * manner.strike; }
   /// Moves on by a rest (a hold between movements) of that neutral length.
   double rest(double seconds) { return now_s += seconds * manner.linger; }
   /// Brings controls to values of their own, all but a tenth whatever the posture.
@@ -28,24 +32,29 @@ struct Writer {
 };
 
 /// Walk: two cycles. Foot k (even: left) lands at k T, k steps ahead of foot 0, and leaves the
-/// ground a fifth of a step after foot k + 1 has landed.
+/// ground a seventh of a step after foot k + 1 has landed.
 void write_walk(Writer& w) {
   const Execution& how = w.performer.execution;
   const double size = w.manner.size;
-  const double step_s = 0.55 * w.manner.pace;
-  const double step = how.step_length * (0.65 + 0.35 * size);
+  // Cadence varies less than the pace of single strokes, or a slow walk would fall to pieces.
+  const double step_s = 0.58 * std::pow(w.manner.pace, 0.7);
+  const double step = how.step_length * (0.52 + 0.40 * size);
   const double width = 0.07 + 0.3 * w.performer.stance.width;
-  const double right_swing = how.arm_swing * (0.3 + 0.7 * size);
+  // Low enough while both feet are down for both legs to reach the ground.
+  const double reach_drop = 1.0 - std::sqrt(0.97 - 0.25 * step * step);
+  const double drop = std::max(0.030 * w.manner.bounce, reach_drop - w.performer.stance.crouch);
+  const double right_swing = how.arm_swing * (0.4 + 0.6 * size);
   const double left_swing = right_swing * left_arm_freedom(w.performer.stance.left_arm);
   const auto landing = [&](int k) { return (k - 0.5) * step_s; };  // the clip begins at mid-stance
   w.score.duration_s = 4.0 * step_s;
+  w.score.least_fluency = 0.8;  // travel goes on: even a bound walker does not stop at every key
   for (int k = -2; k <= 7; ++k) {
     const bool left = k % 2 == 0;
     const double sign = left ? 1.0 : -1.0;
     const auto own = [left](Control c) { return left ? c : right_of(c); };
     const double lands = landing(k);
-    const double leaves = landing(k + 1) + 0.20 * step_s;
-    const double passes = landing(k + 1) + 0.58 * step_s;  // the middle of its flight
+    const double leaves = landing(k + 1) + 0.14 * step_s;
+    const double passes = landing(k + 1) + 0.55 * step_s;  // the middle of its flight
     const double middle = landing(k) + 0.5 * step_s;       // it carries all the weight
     const double z = k * step;
     const ControlValue stand_x{own(Control::kLeftFootX), sign * (width - w.performer.stance.width)};
@@ -55,15 +64,16 @@ void write_walk(Writer& w) {
                        {own(Control::kLeftFootY), 0.0},
                        {own(Control::kLeftFootPitch), -16.0}});
     w.score.at(lands + 0.22 * step_s, {{own(Control::kLeftFootPitch), 0.0}});
-    w.score.at(lands + 0.62 * step_s, {{own(Control::kLeftFootPitch), 0.0}});
+    w.score.at(lands + 0.55 * step_s, {{own(Control::kLeftFootPitch), 0.0}});
     w.score.at(leaves, {{own(Control::kLeftFootZ), z - z_home},
                         stand_x,
                         {own(Control::kLeftFootY), 0.0},
-                        {own(Control::kLeftFootPitch), 38.0 + 8.0 * size}});
+                        {own(Control::kLeftFootPitch), 28.0 + 32.0 * step}});
     w.score.at(passes, {{own(Control::kLeftFootY), how.knee_lift * (0.5 + 0.5 * size)},
                         {own(Control::kLeftFootPitch), 16.0}});
     // The pelvis rides midway between the feet, lowest and fastest as a foot lands.
-    w.score.at(lands, {{Control::kPelvisZ, z - 0.48 * step}, {Control::kPelvisY, -0.030 * size}});
+    w.score.at(lands, {{Control::kPelvisZ, z - 0.48 * step}, {Control::kPelvisY, -drop}});
+    w.score.at(leaves, {{Control::kPelvisY, -drop}});
     w.score.at(middle, {{Control::kPelvisZ, z + 0.02 * step},
                         {Control::kPelvisY, 0.0},
                         {Control::kPelvisX, 0.55 * sign * width},
@@ -88,9 +98,9 @@ void write_walk(Writer& w) {
 /// hips with the head last.
 void write_bow(Writer& w) {
   const Execution& how = w.performer.execution;
-  const double depth = how.bow_depth * (0.5 + 0.5 * w.manner.size);
-  const double hips = 62.0 * depth * how.bow_from_hips;
-  const double curl = 62.0 * depth * (1.0 - how.bow_from_hips);
+  const double depth = how.bow_depth * (0.25 + 0.75 * w.manner.size);
+  const double hips = 56.0 * depth * how.bow_from_hips;
+  const double curl = 56.0 * depth * (1.0 - how.bow_from_hips);
   const auto trunk = [&](double time, double share, double head) {
     w.score.at(time, {{Control::kPelvisPitch, hips * share},
                       {Control::kPelvisZ, -0.0028 * hips * share},
@@ -110,7 +120,7 @@ void write_bow(Writer& w) {
         w.score.at(time, {partly(Control::kLeftArmFlex, 40.0), partly(Control::kLeftArmAbduct, 4.0),
                           partly(Control::kLeftArmTwist, 32.0), partly(Control::kLeftElbow, 40.0)});
       } else {
-        w.score.at(time, {{side(Control::kLeftArmFlex), 0.16 * (hips + curl) * share},
+        w.score.at(time, {{side(Control::kLeftArmFlex), 0.42 * (hips + curl) * share},
                           {side(Control::kLeftShoulderForward), 6.0 * depth * share}});
       }
     }
@@ -121,13 +131,13 @@ void write_bow(Writer& w) {
   arms(w.now_s, 0.0);
   w.score.at(w.now_s + 0.25 * w.manner.pace,
              {{Control::kNeckPitch, 6.0 * depth}, {Control::kHeadPitch, 8.0 * depth}});
-  trunk(w.stroke(0.38), 0.50, 0.95);
-  trunk(w.stroke(0.40), 1.0, 1.0);
+  trunk(w.drive(0.38), 0.50, 0.95);
+  trunk(w.drive(0.40), 1.0, 1.0);
   arms(w.now_s, 1.0);
   trunk(w.rest(0.22), 1.03, 1.05);
   arms(w.now_s, 1.03);
-  trunk(w.stroke(0.42), 0.45, 0.9);
-  trunk(w.stroke(0.40), -0.4 * w.manner.overshoot, 0.1);
+  trunk(w.drive(0.42), 0.45, 0.9);
+  trunk(w.drive(0.40), -0.4 * w.manner.overshoot, 0.1);
   arms(w.now_s, 0.0);
   trunk(w.stroke(0.25), 0.0, 0.0);
   w.score.all_home(w.stroke(0.05));
@@ -138,15 +148,16 @@ void write_bow(Writer& w) {
 /// times from side to side, the arm sinks.
 void write_wave(Writer& w) {
   const Execution& how = w.performer.execution;
-  const double size = 0.45 + 0.55 * w.manner.size;
+  const double size = 0.15 + 0.85 * w.manner.size;
+  const double trunk = w.manner.trunk;
   const double swing = 27.0 * how.wave_width * size;
   const double raise = how.wave_raise * (0.88 + 0.12 * w.manner.size);
   const auto body = [&](double time, double share) {
-    w.score.at(time, {{Control::kPelvisX, 0.045 * share * size},
-                      {Control::kPelvisRoll, 2.5 * share * size},
-                      {Control::kSpineRoll, 3.0 * share * size},
-                      {Control::kChestRoll, 3.0 * share * size},
-                      {Control::kChestYaw, -6.0 * share * size},
+    w.score.at(time, {{Control::kPelvisX, 0.045 * share * trunk},
+                      {Control::kPelvisRoll, 2.5 * share * trunk},
+                      {Control::kSpineRoll, 3.0 * share * trunk},
+                      {Control::kChestRoll, 3.0 * share * trunk},
+                      {Control::kChestYaw, -6.0 * share * trunk},
                       {Control::kHeadYaw, 5.0 * share},
                       {Control::kHeadRoll, -5.0 * share * size},
                       {Control::kLeftArmAbduct, 4.0 * share * size},
@@ -157,7 +168,8 @@ void write_wave(Writer& w) {
                       w.to(Control::kRightArmTwist, -75.0 + 6.0 * way * size),
                       w.to(Control::kRightArmAbduct, raise + 5.0 * way * size),
                       {Control::kRightWrist, -9.0 * way * size},
-                      {Control::kChestRoll, (3.0 - 1.5 * way) * size}});
+                      {Control::kChestRoll, (3.0 - 2.5 * way) * trunk},
+                      {Control::kPelvisX, (0.045 - 0.015 * way) * trunk}});
   };
   body(0.0, 0.0);
   w.score.home(0.0, {Control::kRightElbow, Control::kRightArmTwist, Control::kRightArmAbduct,
@@ -165,9 +177,9 @@ void write_wave(Writer& w) {
   w.stroke(0.14);
   w.score.at(w.now_s,
              {{Control::kRightArmAbduct, -3.0 * size}, {Control::kPelvisX, -0.012 * size}});
-  w.stroke(0.30);
+  w.strike(0.30);
   w.score.at(w.now_s, {w.to(Control::kRightElbow, 100.0), w.to(Control::kRightArmTwist, -35.0)});
-  w.stroke(0.22);
+  w.strike(0.22);
   body(w.now_s, 1.0);
   forearm(w.now_s, -0.8);
   w.score.at(w.now_s, {w.to(Control::kRightArmFlex, how.wave_forward),
@@ -178,9 +190,9 @@ void write_wave(Writer& w) {
                        {Control::kRightShoulderRaise, 9.0 * size}});
   w.rest(0.12);
   forearm(w.now_s, 0.6);
-  w.stroke(0.30);
+  w.strike(0.30);
   w.score.at(w.now_s, {w.to(Control::kRightElbow, 70.0), w.to(Control::kRightArmTwist, -25.0)});
-  body(w.stroke(0.30), 0.0);
+  body(w.strike(0.30), 0.0);
   w.score.at(w.now_s, {{Control::kRightArmAbduct, -40.0 * w.manner.overshoot}});
   w.score.all_home(w.stroke(0.22));
   w.score.duration_s = w.now_s;
@@ -191,20 +203,21 @@ void write_wave(Writer& w) {
 void write_reach(Writer& w) {
   const Execution& how = w.performer.execution;
   const double size = 0.35 + 0.65 * w.manner.size;
+  const double trunk = w.manner.trunk;
   const double left = size * left_arm_freedom(w.performer.stance.left_arm);
   const double high = (how.reach_raise - 90.0) / 60.0;  // 0 forward .. 1 up
   const auto body = [&](double time, double share) {
-    w.score.at(time, {{Control::kPelvisZ, 0.085 * share * size},
-                      {Control::kPelvisX, -0.04 * share * size},
-                      {Control::kPelvisYaw, 9.0 * share * size},
-                      {Control::kPelvisPitch, 7.0 * share * size},
-                      {Control::kSpineYaw, 8.0 * share * size},
-                      {Control::kChestYaw, 12.0 * share * size},
-                      {Control::kSpinePitch, (9.0 - 12.0 * high) * share * size},
-                      {Control::kChestPitch, (7.0 - 14.0 * high) * share * size},
-                      {Control::kSpineRoll, -4.0 * high * share * size},
+    w.score.at(time, {{Control::kPelvisZ, 0.085 * share * trunk},
+                      {Control::kPelvisX, -0.04 * share * trunk},
+                      {Control::kPelvisYaw, 9.0 * share * trunk},
+                      {Control::kPelvisPitch, 7.0 * share * trunk},
+                      {Control::kSpineYaw, 8.0 * share * trunk},
+                      {Control::kChestYaw, 12.0 * share * trunk},
+                      {Control::kSpinePitch, (9.0 - 12.0 * high) * share * trunk},
+                      {Control::kChestPitch, (7.0 - 14.0 * high) * share * trunk},
+                      {Control::kSpineRoll, -4.0 * high * share * trunk},
                       {Control::kHeadPitch, (-10.0 - 12.0 * high) * share},
-                      {Control::kHeadYaw, -16.0 * share * size},
+                      {Control::kHeadYaw, -16.0 * share * trunk},
                       {Control::kLeftFootPitch, std::max(0.0, 26.0 * share * size)},
                       {Control::kLeftArmFlex, -16.0 * share * left},
                       {Control::kLeftArmAbduct, 7.0 * share * left},
@@ -232,15 +245,15 @@ void write_reach(Writer& w) {
   w.score.at(w.now_s, {{Control::kRightArmFlex, -16.0 * size},
                        {Control::kRightElbow, 30.0 * size},
                        {Control::kRightShoulderForward, -5.0 * size}});
-  arm(w.stroke(0.34), 0.55 * raise, 78.0, 0.3);
-  body(w.stroke(0.22), 0.9);
-  arm(w.stroke(0.16), raise, straight, 1.0);
+  arm(w.drive(0.34), 0.55 * raise, 78.0, 0.3);
+  body(w.drive(0.22), 0.9);
+  arm(w.drive(0.16), raise, straight, 1.0);
   body(w.rest(0.16), 1.0 + 0.3 * w.manner.overshoot);
   w.score.at(w.now_s, {{Control::kRightWrist, 22.0}});  // the hand closes
   arm(w.rest(0.14), raise, straight, 0.9);
-  arm(w.stroke(0.40), 0.55 * raise, 85.0, 0.1);
-  body(w.stroke(0.22), -0.5 * w.manner.overshoot);
-  w.stroke(0.16);
+  arm(w.drive(0.40), 0.55 * raise, 85.0, 0.1);
+  body(w.drive(0.22), -0.5 * w.manner.overshoot);
+  w.drive(0.16);
   w.score.at(w.now_s, {{Control::kRightArmFlex, -60.0 * w.manner.overshoot}});
   w.score.all_home(w.stroke(0.24));
   w.score.duration_s = w.now_s;
@@ -251,7 +264,8 @@ void write_reach(Writer& w) {
 void write_kick(Writer& w) {
   const Execution& how = w.performer.execution;
   const double size = 0.4 + 0.6 * w.manner.size;
-  const double height = how.kick_height * (0.55 + 0.45 * w.manner.size);
+  const double trunk = 0.25 + 0.75 * w.manner.trunk;
+  const double height = how.kick_height * (0.5 + 0.5 * w.manner.size);
   const double left_x = w.posture[Control::kLeftFootX];
   const double left_z = w.posture[Control::kLeftFootZ];
   const double left = size * left_arm_freedom(w.performer.stance.left_arm);
@@ -269,14 +283,14 @@ void write_kick(Writer& w) {
                       {Control::kSpineRoll, 3.0 * share}});
   };
   const auto body = [&](double time, double share) {  // < 0: leg behind; > 0: leg before
-    w.score.at(time, {{Control::kPelvisPitch, -13.0 * share * size},
-                      {Control::kPelvisYaw, 13.0 * share * size},
-                      {Control::kSpinePitch, (share > 0 ? 5.0 : -6.0) * share * size},
-                      {Control::kChestPitch, (share > 0 ? 8.0 : -4.0) * share * size},
-                      {Control::kSpineYaw, -9.0 * share * size},
-                      {Control::kChestYaw, -13.0 * share * size},
-                      {Control::kHeadPitch, 4.0 * share * size},
-                      {Control::kHeadYaw, 8.0 * share * size},
+    w.score.at(time, {{Control::kPelvisPitch, -13.0 * share * trunk},
+                      {Control::kPelvisYaw, 13.0 * share * trunk},
+                      {Control::kSpinePitch, (share > 0 ? 5.0 : -6.0) * share * trunk},
+                      {Control::kChestPitch, (share > 0 ? 8.0 : -4.0) * share * trunk},
+                      {Control::kSpineYaw, -9.0 * share * trunk},
+                      {Control::kChestYaw, -13.0 * share * trunk},
+                      {Control::kHeadPitch, 4.0 * share * trunk},
+                      {Control::kHeadYaw, 8.0 * share * trunk},
                       {Control::kLeftArmFlex, 38.0 * share * left},
                       {Control::kLeftElbow, 14.0 * left},
                       {Control::kLeftArmAbduct, 16.0 * left},
@@ -293,18 +307,18 @@ void write_kick(Writer& w) {
   weight_over_left(w.stroke(0.14), 1.0);
   foot(w.stroke(0.22), 0.03, 0.13 * size, -0.34 * size, 50.0);
   body(w.now_s, -1.0);
-  foot(w.stroke(0.24), 0.05, 0.30 + 0.35 * height, 0.10, 30.0);
+  foot(w.strike(0.24), 0.05, 0.30 + 0.35 * height, 0.10, 30.0);
   body(w.now_s, 0.4);
   // The foot's distance before the body that leaves the knee as straight as asked.
   const double leg = 0.82 + 0.17 * how.kick_knee;
   const double out = std::sqrt(std::max(leg * leg - (0.97 - height) * (0.97 - height), 0.1));
-  foot(w.stroke(0.20), 0.06, height, out, 15.0 - 60.0 * height);
+  foot(w.strike(0.20), 0.06, height, out, 15.0 - 60.0 * height);
   body(w.now_s, 1.0);
   foot(w.rest(0.06), 0.06, height, out, 15.0 - 60.0 * height);
-  foot(w.stroke(0.24), 0.05, 0.28 + 0.20 * height, 0.12, 25.0);
+  foot(w.drive(0.24), 0.05, 0.28 + 0.20 * height, 0.12, 25.0);
   weight_over_left(w.now_s, 1.0);
-  body(w.stroke(0.16), 0.1);
-  foot(w.stroke(0.18), 0.0, 0.0, w.posture[Control::kRightFootZ], 0.0);
+  body(w.drive(0.16), 0.1);
+  foot(w.drive(0.18), 0.0, 0.0, w.posture[Control::kRightFootZ], 0.0);
   body(w.now_s, -1.2 * w.manner.overshoot);
   w.score.all_home(w.stroke(0.34));
   w.score.duration_s = w.now_s;

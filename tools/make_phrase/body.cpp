@@ -18,7 +18,7 @@ constexpr double kRadians = std::numbers::pi / 180.0;
 /// A leg never gets straighter than this share of its length: knees keep a little give.
 constexpr double kLongestReach = 0.996;
 /// Width over which the pelvis eases into that limit, leg lengths.
-constexpr double kReachEase = 0.006;
+constexpr double kReachEase = 0.010;
 
 enum class Side { kLeft, kRight };
 

@@ -72,18 +72,32 @@ FactorLevels least_correlated(const Draw& draw) {
 
 }  // namespace
 
+namespace {
+
+/// A factor above 1 kept within what a body can do: stays below 2.5, and 1 is 1.
+double eased(double factor) {
+  return factor / (0.6 + 0.4 * factor);
+}
+
+}  // namespace
+
 Manner manner_of(const Effort& effort) {
   const double bound = 0.5 * (effort.flow + 1.0);  // 0 free .. 1 bound
   Manner manner;
-  manner.size = std::exp(0.38 * effort.weight - 0.12 * effort.time);
-  manner.pace = std::exp(-0.40 * effort.time - 0.10 * effort.weight);
-  manner.linger = manner.pace * (0.5 + 1.2 * bound);
+  manner.size = eased(std::exp(0.66 * effort.weight - 0.58 * effort.time));
+  manner.trunk = eased(std::exp(0.85 * effort.weight - 0.60 * effort.time));
+  manner.bounce = std::exp(0.30 * effort.weight + 0.50 * effort.time);
+  manner.pace = 0.94 * std::exp(0.10 * effort.weight - 0.50 * effort.time);
+  manner.drive = 0.94 * std::exp(-0.16 * effort.weight - 0.30 * effort.time);
+  manner.strike = 0.94 * std::exp(-0.34 * effort.weight - 0.02 * effort.time);
+  manner.linger = manner.pace * (0.3 + 1.6 * bound);
   manner.fluency = 1.0 - bound;
-  manner.attack = 0.8 * effort.time;
+  manner.attack = 0.25 * effort.time;
   manner.lag_s = 0.11 * (1.0 - bound) * manner.pace;
   manner.overshoot = 0.12 * (1.0 - bound);
-  manner.hesitations = static_cast<int>(std::lround(3.0 * bound));
-  manner.depth = 0.5 + 0.45 * bound;
+  manner.hesitations = static_cast<int>(std::lround(2.5 * bound));
+  manner.depth = 0.4 + 0.55 * bound;
+  manner.sway_rate = std::exp(1.0 * effort.time);
   manner.tremor_deg = 0.5 * bound * bound;
   return manner;
 }

@@ -18,7 +18,11 @@ struct Effort {
 /// What an Effort does to a score.
 struct Manner {
   double size = 1.0;       ///< factor of an action's excursions
+  double trunk = 1.0;      ///< factor of what the trunk adds to what a limb does
+  double bounce = 1.0;     ///< factor of the rise and fall of the walk
   double pace = 1.0;       ///< factor of the length of its strokes
+  double drive = 1.0;      ///< the same for strokes that carry a limb all the way to a place
+  double strike = 1.0;     ///< the same for the stroke in which an action's force lies
   double linger = 1.0;     ///< factor of the length of its rests between strokes
   double fluency = 0.5;    ///< Track: does the motion pass through its keys or stop at them
   double attack = 0.0;     ///< Track: early or late peak of the speed
@@ -26,12 +30,13 @@ struct Manner {
   double overshoot = 0.0;  ///< share of a stroke by which a limb swings past its end
   int hesitations = 0;     ///< near-stops
   double depth = 0.0;      ///< of a hesitation, share of the speed lost
+  double sway_rate = 1.0;  ///< factor of the frequency at which a resting body drifts and sways
   double tremor_deg = 0.0;
 };
 
-/// Strong is large, sudden quick: but kinetic energy grows with speed too, so a sudden mover is
-/// made smaller and a bound one, whose stops cost speed, larger and calmer. Measured on the result,
-/// the three factors are then nearly independent.
+/// Strong is large and moves the whole body, sudden is quick, bound stops and stays. Kinetic energy
+/// grows with speed too, so a sudden mover is made smaller and a sustained one larger: measured on
+/// the result, the three factors are then nearly independent.
 [[nodiscard]] Manner manner_of(const Effort& effort);
 
 /// The Effort of each performer in each action: for an action and a factor the performers take

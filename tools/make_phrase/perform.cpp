@@ -1,5 +1,6 @@
 #include "perform.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -57,8 +58,8 @@ double distance_from_pelvis(Control control) {
 /// Amplitude of the slow drift: degrees, or leg lengths for the pelvis' place.
 double drift_amplitude(Control control) {
   if (is_foot(control)) return 0.0;
-  if (is_length(control)) return control == Control::kPelvisY ? 0.001 : 0.004;
-  return control < Control::kLeftShoulderRaise ? 0.9 : 1.6;
+  if (is_length(control)) return control == Control::kPelvisY ? 0.0015 : 0.007;
+  return control < Control::kLeftShoulderRaise ? 1.2 : 2.2;
 }
 
 /// Amplitude of a tremor of one degree in the hands.
@@ -76,7 +77,9 @@ Life draw_life(const Manner& manner, base::Rng& rng) {
   Life life;
   for (int c = 0; c < kControlCount; ++c) {
     const auto control = static_cast<Control>(c);
-    life.drifts.emplace_back(drift_amplitude(control), 0.15, 0.7, rng);
+    // Who moves suddenly also sways quickly, and less far.
+    life.drifts.emplace_back(drift_amplitude(control) / std::sqrt(manner.sway_rate),
+                             0.2 * manner.sway_rate, 0.7 * manner.sway_rate, rng);
     life.tremors.emplace_back(manner.tremor_deg * tremor_share(control), 3.0, 5.0, rng);
   }
   life.breath_phase = rng.uniform(0.0, 2.0 * std::numbers::pi);
@@ -96,7 +99,7 @@ std::vector<Hesitation> draw_hesitations(const Manner& manner, double score_s, b
     // One in each equal part of the score's middle, away from its ends.
     const double part = 0.8 * score_s / manner.hesitations;
     hesitations.push_back({.at_s = 0.1 * score_s + part * (i + rng.uniform(0.25, 0.75)),
-                           .length_s = rng.uniform(0.16, 0.30) * manner.pace,
+                           .length_s = rng.uniform(0.30, 0.46) * manner.pace,
                            .depth = manner.depth * rng.uniform(0.85, 1.0)});
   }
   return hesitations;
@@ -110,7 +113,8 @@ ControlPose controls_at(double score_time_s, double time_s, const ControlPose& p
     const auto i = static_cast<std::size_t>(c);
     const double late = manner.lag_s * distance_from_pelvis(control);
     pose[control] +=
-        score.track(control).value(score_time_s - late, manner.fluency, manner.attack) +
+        score.track(control).value(score_time_s - late,
+                                   std::max(manner.fluency, score.least_fluency), manner.attack) +
         life.drifts[i].value(time_s) + life.tremors[i].value(time_s);
   }
   breathe(time_s, life.breath_phase, pose);

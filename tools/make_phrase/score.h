@@ -34,7 +34,8 @@ class Score {
   }
   [[nodiscard]] const Track& track(Control control) const { return tracks_[index_of(control)]; }
 
-  double duration_s = 0.0;  ///< on the score's clock, which starts at 0
+  double duration_s = 0.0;     ///< on the score's clock, which starts at 0
+  double least_fluency = 0.0;  ///< whatever the manner
 
  private:
   std::array<Track, kControlCount> tracks_;

@@ -29,7 +29,7 @@ double clock_speed(double score_time_s, const std::vector<Hesitation>& hesitatio
   double speed = 1.0;
   for (const Hesitation& pause : hesitations) {
     const double x = 2.0 * (score_time_s - pause.at_s) / pause.length_s;
-    if (std::abs(x) < 1.0) speed *= 1.0 - pause.depth * std::pow(1.0 - x * x, 3);
+    if (std::abs(x) < 1.0) speed = std::min(speed, 1.0 - pause.depth * std::pow(1.0 - x * x, 3));
   }
   return speed;
 }
@@ -78,7 +78,8 @@ std::vector<double> performed_times(double score_s, double frame_rate_hz,
   const double step = 1.0 / (frame_rate_hz * kSubsteps);
   std::vector<double> times;
   double time = 0.0;
-  while (time < score_s) {
+  // The margin keeps round-off from deciding whether there is a last frame.
+  while (time < score_s - 1e-6 * step) {
     times.push_back(time);
     for (int i = 0; i < kSubsteps; ++i) {
       const double middle = time + 0.5 * step * clock_speed(time, hesitations);
