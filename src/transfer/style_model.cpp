@@ -82,10 +82,15 @@ StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& opti
 
 std::vector<int> cluster_contents(std::span<const Fragment> fragments, int group_count,
                                   int threads) {
-  std::vector<Eigen::MatrixXd> angles;
-  for (const Fragment& fragment : fragments) angles.push_back(fragment.pose.angles);
-  return align::content_groups(align::all_pair_costs(angles, threads).mean_cost,
-                               {.group_count = group_count, .threshold = std::nullopt});
+  const std::vector<motion::PoseMatrix> poses = poses_of(fragments);
+  const std::vector<int> performers = number_performers(fragments).numbers;
+  align::ContentMetricOptions scaling;
+  scaling.threads = threads;
+  const align::FragmentSet set(align::fit_content_metric(poses, {}, performers, scaling), poses,
+                               std::vector<int>(poses.size(), 0), performers);
+  align::ClusterOptions options;
+  options.group_count = group_count;
+  return align::content_groups(align::all_pair_costs(set.features(), threads).mean_cost, options);
 }
 
 }  // namespace laban::transfer

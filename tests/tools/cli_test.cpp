@@ -230,6 +230,26 @@ TEST_F(Cli, ARatersSheetBecomesAModel) {
   EXPECT_EQ(applied.code, 0) << applied.err;
 }
 
+TEST_F(Cli, TheEmbeddedLabelsAreWhatTheCorpusVerbMeasures) {
+  ASSERT_EQ(run("corpus --clips " + kData +
+                "phrase --pattern 'phrase_{content}_{performer}' --blends 105 --seed 1 --label "
+                "measured -o again.csv")
+                .code,
+            0);
+  const auto again = effort::parse_label_table(bytes_of(folder_ / "again.csv"), "again.csv");
+  const auto kept = effort::parse_label_table(bytes_of(kLabels), "phrase.csv");
+  ASSERT_EQ(again.rows.size(), kept.rows.size());
+  ASSERT_EQ(kept.rows.size(), 165U);
+  for (std::size_t n = 0; n < kept.rows.size(); ++n) {
+    EXPECT_EQ(again.rows[n].fragment, kept.rows[n].fragment);
+    EXPECT_EQ(again.rows[n].alpha, kept.rows[n].alpha);
+    // Written to three decimals; another compiler may round the last one the other way.
+    EXPECT_NEAR(*again.rows[n].flow, *kept.rows[n].flow, 0.0015);
+    EXPECT_NEAR(*again.rows[n].weight, *kept.rows[n].weight, 0.0015);
+    EXPECT_NEAR(*again.rows[n].time, *kept.rows[n].time, 0.0015);
+  }
+}
+
 TEST_F(Cli, MatchOfAClipWithItselfIsFree) {
   const json same = json::parse(run("match --json " + kWalk + " " + kWalk).out);
   EXPECT_EQ(same["schema"], "laban.match/1");

@@ -8,7 +8,7 @@ if(LABAN_WARNINGS_AS_ERRORS AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 sees overlaps and overruns in std::string's operator+ that are not there (GCC bug 105651),
   # and minds fields that a designated initialiser leaves at their default.
   target_compile_options(laban_warnings INTERFACE
-    -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-missing-field-initializers)
+    -Wno-restrict -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread -Wno-missing-field-initializers)
 endif()
 
 # Headers that nearly every file includes, compiled once: Eigen alone costs seconds a file.

@@ -178,10 +178,12 @@ fs::path blend_path(const CorpusVerb& verb, const transfer::CorpusBlend& blend) 
   return fs::path(verb.blend_folder) / (blend.name + "." + verb.blend_format);
 }
 
+/// Path of a clip as the table names it; links are kept as the user wrote them.
 std::string relative_to_table(const CorpusVerb& verb, const fs::path& path) {
-  const fs::path folder =
-      verb.output == "-" ? fs::path(".") : fs::absolute(verb.output).parent_path();
-  return fs::relative(fs::absolute(path), folder).generic_string();
+  const fs::path table =
+      verb.output == "-" ? fs::current_path() / "table" : fs::absolute(verb.output);
+  const fs::path folder = table.lexically_normal().parent_path();
+  return fs::absolute(path).lexically_normal().lexically_relative(folder).generic_string();
 }
 
 effort::LabelTable make_table(const CorpusVerb& verb, const transfer::StyleCorpus& corpus,

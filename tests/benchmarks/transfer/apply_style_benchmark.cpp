@@ -1,0 +1,52 @@
+// Style transfer of 10 s at 60 Hz with the embedded model, one thread.
+
+#include <benchmark/benchmark.h>
+
+#include "laban/base/atomic_file.h"
+#include "laban/io/clip_file.h"
+#include "laban/motion/humanoid.h"
+#include "laban/motion/resample.h"
+#include "laban/motion/retarget.h"
+#include "laban/transfer/apply_style.h"
+
+namespace laban::transfer {
+namespace {
+
+const StyleModel& model() {
+  static const StyleModel read =
+      read_style_model(base::read_file(LABAN_DEFAULT_MODEL), "phrase.laban");
+  return read;
+}
+
+motion::PoseMatrix ten_seconds() {
+  const motion::Capture capture =
+      motion::find_capture(io::read_clip(LABAN_SOURCE_DIR "/data/take.bvh").clip);
+  return motion::to_pose_matrix(capture.clip, capture.humanoid).slice(0, 600);
+}
+
+EffortTarget target() {
+  return {{-2.0, 1.5, 2.0}, {1.0, 1.0, 1.0}};
+}
+
+// All of it: segmentation, search, synthesis, joins, measuring.
+void BM_ApplyStyle(benchmark::State& state) {
+  const motion::PoseMatrix input = ten_seconds();
+  for (auto _ : state) benchmark::DoNotOptimize(apply_style(model(), input, target()));
+}
+BENCHMARK(BM_ApplyStyle)->Unit(benchmark::kMillisecond);
+
+// Segmentation alone: BM_ApplyStyle less this is search and synthesis.
+void BM_SegmentInput(benchmark::State& state) {
+  const motion::PoseMatrix input = ten_seconds();
+  for (auto _ : state) benchmark::DoNotOptimize(align::segment_input(input, model().database));
+}
+BENCHMARK(BM_SegmentInput)->Unit(benchmark::kMillisecond);
+
+// The search for one snippet: K = 10 neighbours, 45 pairs.
+void BM_SearchBlend(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(search_blend(model(), 0, target()));
+}
+BENCHMARK(BM_SearchBlend)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace laban::transfer
