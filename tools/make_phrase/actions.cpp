@@ -41,7 +41,7 @@ void write_walk(Writer& w) {
   const double step = how.step_length * (0.52 + 0.40 * size);
   const double width = 0.07 + 0.3 * w.performer.stance.width;
   // Low enough while both feet are down for both legs to reach the ground.
-  const double reach_drop = 1.0 - std::sqrt(0.97 - 0.25 * step * step);
+  const double reach_drop = 1.0 - std::sqrt(0.99 - 0.19 * step * step);
   const double drop = std::max(0.030 * w.manner.bounce, reach_drop - w.performer.stance.crouch);
   const double right_swing = how.arm_swing * (0.4 + 0.6 * size);
   const double left_swing = right_swing * left_arm_freedom(w.performer.stance.left_arm);
@@ -68,7 +68,7 @@ void write_walk(Writer& w) {
     w.score.at(leaves, {{own(Control::kLeftFootZ), z - z_home},
                         stand_x,
                         {own(Control::kLeftFootY), 0.0},
-                        {own(Control::kLeftFootPitch), 28.0 + 32.0 * step}});
+                        {own(Control::kLeftFootPitch), 26.0 + 22.0 * step}});
     w.score.at(passes, {{own(Control::kLeftFootY), how.knee_lift * (0.5 + 0.5 * size)},
                         {own(Control::kLeftFootPitch), 16.0}});
     // The pelvis rides midway between the feet, lowest and fastest as a foot lands.
