@@ -194,9 +194,8 @@ class LimitedSteps {
       const Cell* left = q == 0 ? nullptr : cell - kLanes * state_count_;
       cell[0] = extended(q == 0 ? entering : best_of(diagonal_.data()), d[column]);
       for (std::size_t k = 0; k < run_count_; ++k) {
-        const std::size_t before_hold = k == 0 ? 0 : k;
         const std::size_t before_skip = k == 0 ? 0 : run_count_ + k;
-        cell[1 + k] = extended(above_[before_hold], d[column]);
+        cell[1 + k] = extended(above_[k], d[column]);
         cell[1 + run_count_ + k] =
             left == nullptr ? Cell{} : extended(left[before_skip], d[column]);
       }

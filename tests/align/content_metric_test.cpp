@@ -24,7 +24,8 @@ struct Corpus {
   std::vector<int> performers;
 };
 
-Corpus small_corpus() {
+// `second_take`: performer 0 does content 0 once more, in another manner.
+Corpus small_corpus(bool second_take = false) {
   Corpus corpus;
   for (int group = 0; group < 2; ++group) {
     for (int performer = 0; performer < 3; ++performer) {
@@ -37,6 +38,12 @@ Corpus small_corpus() {
       corpus.groups.push_back(group);
       corpus.performers.push_back(performer);
     }
+  }
+  if (second_take) {
+    corpus.poses.push_back(corpus.poses[0]);
+    corpus.poses.back().angles += 0.3 * random_pose_matrix({.frames = 30, .seed = 99}).angles;
+    corpus.groups.push_back(0);
+    corpus.performers.push_back(0);
   }
   return corpus;
 }
@@ -53,6 +60,14 @@ TEST(OnBranchOf, UndoesAWholeTurnForAllFrames) {
   const Eigen::VectorXd reference = base.rowwise().mean();
   EXPECT_TRUE(on_branch_of(other, reference).isApprox(base, 1e-9));
   EXPECT_EQ(on_branch_of(base, reference), base);
+}
+
+TEST(OnBranchOf, AlsoTurnsAway) {
+  Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(63, 5);
+  angles.row(6).setConstant(0.5);
+  Eigen::VectorXd reference = Eigen::VectorXd::Zero(63);
+  reference(6) = 0.4 + 2.0 * std::numbers::pi;
+  EXPECT_NEAR(on_branch_of(angles, reference)(6, 3), 0.5 + 2.0 * std::numbers::pi, 1e-12);
 }
 
 TEST(OnBranchOf, KeepsTheRotationsAndTheContinuity) {
@@ -119,7 +134,7 @@ Scatter plain_scatter(const Corpus& corpus) {
 }
 
 TEST(FitContentMetric, IsTheLikelihoodRatioOfItsScatterMatrices) {
-  const Corpus corpus = small_corpus();
+  const Corpus corpus = small_corpus(true);  // one performer's pair of takes does not count
   const double shrinkage = 0.2;
   const Scatter scatter = plain_scatter(corpus);
   const Eigen::MatrixXd within =

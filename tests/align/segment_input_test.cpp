@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "laban/align/dtw.h"
 #include "laban/base/error.h"
 #include "support/clips.h"
 
@@ -95,6 +96,28 @@ TEST(SegmentInput, EveryRoundLowersTheCommonCost) {
     before = result->cost;
   }
   EXPECT_LT(before, segment_input(input, set, {.offset_rounds = 0})->cost);
+}
+
+TEST(SegmentInput, TheOffsetFoundLeavesNoMeanDifference) {
+  const FragmentSet set = fragment_set(corpus_without(3));
+  const PoseMatrix input = joined(3, {1, 1, 2}, 0.5);
+  const auto left_over = [&](int rounds) {
+    const auto result =
+        segment_input(input, set, {.offset_rounds = rounds, .offset_rate_hz = 60.0});
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(result->features.rows());
+    for (const Snippet& snippet : result->snippets) {
+      const Eigen::MatrixXd part =
+          result->features.middleCols(snippet.begin, snippet.end - snippet.begin);
+      const Eigen::MatrixXd& fragment = set.features()[static_cast<std::size_t>(snippet.fragment)];
+      for (const FramePair& pair : dtw(part, fragment).path) {
+        sum += part.col(pair.p) - fragment.col(pair.q);
+      }
+    }
+    return sum.norm();
+  };
+  // Every round moves the path a little, so the rest shrinks from round to round.
+  EXPECT_LT(left_over(1), 0.5 * left_over(0));
+  EXPECT_LT(left_over(10), 0.05 * left_over(0));
 }
 
 TEST(SegmentInput, DoesNotDependOnAConstantPosture) {

@@ -121,6 +121,9 @@ Corpus read_corpus(const std::filesystem::path& folder, const NamePattern& patte
                             index_in(corpus.performers, fields["performer"]), fields["take"],
                             std::move(capture), std::move(pose)});
   }
+  if (corpus.takes.empty()) {
+    throw base::Error(base::ErrorKind::kData, folder.string() + ": no file fits the pattern");
+  }
   return corpus;
 }
 
