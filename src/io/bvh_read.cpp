@@ -7,7 +7,7 @@
 #include "laban/base/error.h"
 #include "laban/io/bvh.h"
 
-#include "text_scanner.h"
+#include "io/text_scanner.h"
 
 namespace laban::io {
 namespace {

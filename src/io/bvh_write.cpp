@@ -12,7 +12,7 @@
 #include "laban/io/bvh.h"
 #include "laban/math/rotation.h"
 
-#include "travel.h"
+#include "io/travel.h"
 
 namespace laban::io {
 namespace {

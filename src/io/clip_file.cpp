@@ -8,7 +8,7 @@
 #include "laban/io/bvh.h"
 #include "laban/io/glb.h"
 
-#include "text_scanner.h"
+#include "io/text_scanner.h"
 
 namespace laban::io {
 namespace {

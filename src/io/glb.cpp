@@ -12,7 +12,7 @@
 #include "laban/base/error.h"
 #include "laban/motion/forward_kinematics.h"
 
-#include "travel.h"
+#include "io/travel.h"
 
 namespace laban::io {
 namespace {

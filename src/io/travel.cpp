@@ -1,4 +1,4 @@
-#include "travel.h"
+#include "io/travel.h"
 
 namespace laban::io {
 namespace {

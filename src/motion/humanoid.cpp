@@ -5,8 +5,8 @@
 
 #include "laban/base/error.h"
 
-#include "reference_pose.h"
-#include "rig_tables.h"
+#include "motion/reference_pose.h"
+#include "motion/rig_tables.h"
 
 namespace laban::motion {
 namespace {

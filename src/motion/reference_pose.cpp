@@ -1,4 +1,4 @@
-#include "reference_pose.h"
+#include "motion/reference_pose.h"
 
 #include <cmath>
 #include <numbers>

@@ -3,7 +3,7 @@
 #include "laban/motion/clip.h"
 #include "laban/motion/humanoid.h"
 
-#include "rig_tables.h"
+#include "motion/rig_tables.h"
 
 namespace laban::motion {
 

@@ -5,7 +5,7 @@
 #include "laban/base/error.h"
 #include "laban/math/cubic_interpolation.h"
 
-#include "clip_sample.h"
+#include "motion/clip_sample.h"
 
 namespace laban::motion {
 

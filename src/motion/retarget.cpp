@@ -6,7 +6,7 @@
 #include "laban/math/rotation.h"
 #include "laban/motion/forward_kinematics.h"
 
-#include "clip_sample.h"
+#include "motion/clip_sample.h"
 
 namespace laban::motion {
 namespace {

@@ -1,4 +1,4 @@
-#include "rig_tables.h"
+#include "motion/rig_tables.h"
 
 #include <cctype>
 #include <cmath>

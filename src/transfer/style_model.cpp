@@ -85,12 +85,14 @@ std::vector<int> cluster_contents(std::span<const Fragment> fragments, int group
   const std::vector<motion::PoseMatrix> poses = poses_of(fragments);
   const std::vector<int> performers = number_performers(fragments).numbers;
   align::ContentMetricOptions scaling;
+  scaling.dimensions = motion::kAngleRowCount;
   scaling.threads = threads;
   const align::FragmentSet set(align::fit_content_metric(poses, {}, performers, scaling), poses,
                                std::vector<int>(poses.size(), 0), performers);
   align::ClusterOptions options;
   options.group_count = group_count;
-  return align::content_groups(align::all_pair_costs(set.features(), threads).mean_cost, options);
+  return align::content_groups(
+      align::locally_scaled(align::all_pair_costs(set.features(), threads).mean_cost), options);
 }
 
 }  // namespace laban::transfer

@@ -35,14 +35,14 @@ void write(const fs::path& path, const std::string& bytes) {
 class Cli : public ::testing::Test {
  protected:
   Cli() : folder_(fresh_folder()) {}
-  [[nodiscard]] Run run(const std::string& arguments) const {
+  [[nodiscard]] Outcome run(const std::string& arguments) const {
     return run_laban(arguments, folder_);
   }
   /// Expects one line on stderr, that exit code, nothing on stdout and no file left.
   void expect_error(const std::string& arguments, int code, const std::string& part) const {
     SCOPED_TRACE(arguments);
     const auto before = files_in(folder_);
-    const Run result = run(arguments);
+    const Outcome result = run(arguments);
     EXPECT_EQ(result.code, code) << result.err;
     EXPECT_THAT(result.err, HasSubstr(part));
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
@@ -53,14 +53,14 @@ class Cli : public ::testing::Test {
 };
 
 TEST_F(Cli, HelpStartsWithTheExamplesAndListsEveryVerb) {
-  const Run help = run("--help");
+  const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
   EXPECT_THAT(
       help.out,
       StartsWith("  laban apply walk.bvh --flow -2 --weight 1.5 --time 2 -o walk_sudden.glb\n"));
   for (const std::string& verb : kVerbs) {
     EXPECT_THAT(help.out, HasSubstr("\n  " + verb + " "));
-    const Run own = run("help " + verb);
+    const Outcome own = run("help " + verb);
     EXPECT_EQ(own.code, 0);
     EXPECT_THAT(own.out, StartsWith("Example:\n  laban " + verb));
     EXPECT_EQ(run(verb + " --help").out, own.out);
@@ -77,7 +77,7 @@ TEST_F(Cli, ManPageAndCompletionNameEveryVerb) {
 }
 
 TEST_F(Cli, VersionIsOneLine) {
-  const Run version = run("--version");
+  const Outcome version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_THAT(version.out, ::testing::MatchesRegex("laban [0-9]+\\.[0-9]+\\.[0-9]+\n"));
 }
@@ -93,8 +93,8 @@ TEST_F(Cli, UsageErrorsExitWithTwoAndSayWhereHelpIs) {
 }
 
 TEST_F(Cli, ApplyGivesTheSameActionsInTheAskedEffort) {
-  const Run result = run("apply " + kTake +
-                         " --time 1.5 --weight 1 -o out.bvh --report out.json --picture out.png");
+  const Outcome result = run(
+      "apply " + kTake + " --time 1.5 --weight 1 -o out.bvh --report out.json --picture out.png");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(files_in(folder_), ElementsAre("out.bvh", "out.json", "out.png"));
   const json report = json::parse(bytes_of(folder_ / "out.json"));
@@ -129,7 +129,7 @@ TEST_F(Cli, TheSameCommandGivesTheSameBytes) {
 }
 
 TEST_F(Cli, ClipsPassThroughPipes) {
-  const Run result = run("apply - --input-format bvh --time 1 -o - --format bvh < " + kTake);
+  const Outcome result = run("apply - --input-format bvh --time 1 -o - --format bvh < " + kTake);
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, StartsWith("HIERARCHY"));
   expect_error("apply - --time 1 -o out.bvh < " + kTake, 2, "--input-format");
@@ -160,7 +160,7 @@ TEST_F(Cli, NoContentMatchIsAnErrorOnlyIfStrict) {
   ASSERT_EQ(run("train --labels bows.csv -o bows.laban").code, 0);
   expect_error("apply " + kWalk + " --model bows.laban --strict --time 1 -o out.bvh", 5,
                "match no content of the model");
-  const Run kept = run("apply " + kWalk + " --model bows.laban --time 1 -o out.bvh");
+  const Outcome kept = run("apply " + kWalk + " --model bows.laban --time 1 -o out.bvh");
   EXPECT_EQ(kept.code, 0) << kept.err;
   EXPECT_THAT(kept.err, HasSubstr("kept as captured"));
 }
@@ -204,7 +204,7 @@ TEST_F(Cli, ARatersSheetBecomesAModel) {
       0);
   ASSERT_EQ(files_in(folder_ / "sheet").size(), 40U);
   EXPECT_EQ(run("measure sheet/blend_001.bvh").code, 0);
-  const Run blank = run("train --labels sheet.csv -o mine.laban");
+  const Outcome blank = run("train --labels sheet.csv -o mine.laban");
   EXPECT_EQ(blank.code, 5);
   EXPECT_THAT(blank.err, HasSubstr("blend_040"));
   EXPECT_THAT(blank.err, HasSubstr("64 of 64 rows are still blank"));
@@ -223,10 +223,10 @@ TEST_F(Cli, ARatersSheetBecomesAModel) {
     filled.rows[n].observer = "rater";
   }
   write(folder_ / "sheet.csv", effort::format_label_table(filled));
-  const Run one_left = run("train --labels sheet.csv -o mine.laban");
+  const Outcome one_left = run("train --labels sheet.csv -o mine.laban");
   EXPECT_THAT(one_left.err, HasSubstr("1 of 64 rows are still blank"));
   ASSERT_EQ(run("train --labels sheet.csv -o mine.laban --skip-blank").code, 0);
-  const Run applied = run("apply " + kBow + " --model mine.laban --weight 2 -o strong.glb");
+  const Outcome applied = run("apply " + kBow + " --model mine.laban --weight 2 -o strong.glb");
   EXPECT_EQ(applied.code, 0) << applied.err;
 }
 
@@ -290,7 +290,7 @@ TEST_F(Cli, CurveMeasureInspectAndDrawWriteWhatTheySay) {
 }
 
 TEST_F(Cli, EvaluatePrintsTableOneWithThePapersNumbers) {
-  const Run result =
+  const Outcome result =
       run("evaluate --labels " + kLabels + " --runs 4 --csv table.csv --plot table.svg");
   ASSERT_EQ(result.code, 0) << result.err;
   for (const char* part : {"linear-interpolation", "linear-ridge", "kernel-ridge", "svr",

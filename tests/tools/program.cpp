@@ -34,7 +34,7 @@ std::vector<std::string> files_in(const fs::path& folder) {
   return names;
 }
 
-Run run_laban(const std::string& arguments, const fs::path& folder) {
+Outcome run_laban(const std::string& arguments, const fs::path& folder) {
   const fs::path logs = folder.string() + ".log";
   fs::create_directories(logs);
   const std::string command = "cd '" + folder.string() + "' && '" LABAN_PROGRAM "' " + arguments +

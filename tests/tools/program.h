@@ -2,18 +2,19 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace laban::test {
 
 /// What a run of the program left.
-struct Run {
+struct Outcome {
   int code = -1;
   std::string out;
   std::string err;
 };
 
 /// Runs `laban ARGUMENTS` through the shell, in `folder`.
-[[nodiscard]] Run run_laban(const std::string& arguments, const std::filesystem::path& folder);
+[[nodiscard]] Outcome run_laban(const std::string& arguments, const std::filesystem::path& folder);
 
 /// An empty folder of this test's own.
 [[nodiscard]] std::filesystem::path fresh_folder();

@@ -56,7 +56,8 @@ struct TrainOptions {
                                            const TrainOptions& options = {});
 
 /// The content of every fragment as clustering by DTW alone sees it: joint angles relative to the
-/// performer's mean pose, each scaled to its spread; no content name is looked at. For checking a
+/// performer's mean pose, each scaled to its spread, costs scaled to their neighbourhood
+/// (align::locally_scaled); no content name is looked at. For checking a
 /// corpus, and for corpora without content names.
 [[nodiscard]] std::vector<int> cluster_contents(std::span<const Fragment> fragments,
                                                 int group_count, int threads = 1);
