@@ -105,7 +105,7 @@ Layout spread_layout(const std::vector<StripMotion>& motions, std::size_t cells,
   Layout layout;
   const double width = options.width - 2.0 * kMargin;
   const double need = cell_need(motions);
-  const double count = static_cast<double>(cells);
+  const auto count = static_cast<double>(cells);
   layout.row = row_extent(motions);
   layout.scale = kHighestRow / layout.row.height();
   const double travel = widest_travel(motions, true).width();

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "laban/base/error.h"
+
 #include "draw/axes.h"
 #include "draw/options.h"
 
@@ -55,6 +57,7 @@ std::vector<LegendEntry> legend_of(const LineChart& chart, const std::vector<std
         if (first == nullptr && curve.name == name) first = &curve;
       }
     }
+    LABAN_CHECK(first != nullptr);  // names are those of the curves
     const Swatch line = first->dashed ? Swatch::kDashedLine : Swatch::kLine;
     entries.push_back({name, color_of(names, *first), first->line ? line : Swatch::kDot});
   }
@@ -269,8 +272,10 @@ std::string line_chart(const LineChart& chart, const ChartOptions& options) {
     left = std::max(left, label_room(areas.back().y) + label);
   }
   for (std::size_t p = 0; p < count; ++p) {
-    const Box cell{kChartMargin + static_cast<double>(p % columns) * (cell_width + kPanelGapX),
-                   top + static_cast<double>(p / columns) * (cell_height + kPanelGapY), cell_width,
+    const std::size_t column = p % columns;
+    const std::size_t row = p / columns;
+    const Box cell{kChartMargin + static_cast<double>(column) * (cell_width + kPanelGapX),
+                   top + static_cast<double>(row) * (cell_height + kPanelGapY), cell_width,
                    cell_height};
     areas[p].box = plot_box(chart.panels[p], cell, left);
     draw_panel(*canvas, chart.panels[p], areas[p], names);

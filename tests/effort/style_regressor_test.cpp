@@ -77,7 +77,7 @@ TEST(StyleRegressor, LinearInterpolationLearnsNothing) {
 
 // Oracle: the learners of `learn`, on standardized features, with the parameters that were chosen.
 TEST(StyleRegressor, IsTheLearnersPredictionInThePapersProtocol) {
-  const StyleSamples samples = some_blends(40);
+  const StyleSamples samples = some_blends(105);
   const StyleSamples other = some_blends(25, 2);
   const auto models =
       fit_style_regressors(samples, kRegressors, {.symmetric = false, .grid = small_grid()});
@@ -90,6 +90,7 @@ TEST(StyleRegressor, IsTheLearnersPredictionInThePapersProtocol) {
         models[static_cast<std::size_t>(model)].predict(other.features).row(f).transpose();
     EXPECT_LT((ours - expected).cwiseAbs().maxCoeff(), bar) << model << " " << f;
   };
+  int corrected = 0;
   for (int f = 0; f < kFactorCount; ++f) {
     const auto fit = [&](int model) {
       return models[static_cast<std::size_t>(model)].fits()[static_cast<std::size_t>(f)];
@@ -114,14 +115,17 @@ TEST(StyleRegressor, IsTheLearnersPredictionInThePapersProtocol) {
                 1e-9);
     const auto& fifth = models[4];
     ASSERT_EQ(fifth.state().interpolation[f], 1.0);
-    ASSERT_GT(fit(4).loss_weight, 0.0);
-    expect_near(4, f,
-                learn::fit_kernel_ridge(x, residual,
-                                        {.width = fit(4).width, .loss_weight = fit(4).loss_weight})
-                        .predict(q) +
-                    other_base.row(f).transpose(),
-                1e-10);
+    // Without a sure gain the fifth leaves interpolation as it is.
+    Eigen::VectorXd fifth_expected = other_base.row(f).transpose();
+    if (fit(4).loss_weight > 0.0) {
+      ++corrected;
+      fifth_expected += learn::fit_kernel_ridge(
+                            x, residual, {.width = fit(4).width, .loss_weight = fit(4).loss_weight})
+                            .predict(q);
+    }
+    expect_near(4, f, fifth_expected, 1e-10);
   }
+  EXPECT_GT(corrected, 0);
 }
 
 TEST(StyleRegressor, SymmetricModelsDoNotDependOnTheOrder) {
@@ -158,7 +162,7 @@ TEST(StyleRegressor, SymmetricTrainingEqualsEnteringEveryBlendInBothOrders) {
     const double bar = kind == RegressorKind::kSupportVector ? 2e-2 : 1e-9;
     EXPECT_LT((ours.predict(z) - averaged).cwiseAbs().maxCoeff(), bar) << name_of(kind);
     for (std::size_t f = 0; f < kFactorCount; ++f) {
-      EXPECT_EQ(ours.fits()[f].loss_weight, plain.fits()[f].loss_weight) << name_of(kind);
+      EXPECT_DOUBLE_EQ(ours.fits()[f].loss_weight, plain.fits()[f].loss_weight) << name_of(kind);
       EXPECT_NEAR(ours.fits()[f].held_out_squared_error, plain.fits()[f].held_out_squared_error,
                   bar)
           << name_of(kind);

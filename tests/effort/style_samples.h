@@ -19,7 +19,9 @@ struct InventedBlends {
 
 inline StyleSamples invent_blends(const InventedBlends& recipe, base::Rng& rng) {
   const auto effort = [&] {
-    return EffortVector(rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0), rng.uniform(-3.0, 3.0));
+    EffortVector e;
+    for (double& value : e) value = rng.uniform(-3.0, 3.0);
+    return e;
   };
   const auto near = [&](const Eigen::VectorXd& center) {
     Eigen::VectorXd c = center;
@@ -32,9 +34,12 @@ inline StyleSamples invent_blends(const InventedBlends& recipe, base::Rng& rng) 
   for (int n = 0; n < recipe.count; ++n) {
     const int group = rng.index(5);
     const Eigen::Vector3d center(std::cos(1.26 * group), std::sin(1.26 * group), 0.2 * group);
-    const EffortVector e_i = effort(), e_j = effort();
-    const Eigen::VectorXd z =
-        style_features(near(center), near(center), e_i, e_j, rng.uniform(-0.25, 1.25));
+    // One draw a statement: the order in which arguments are evaluated differs between compilers.
+    const EffortVector e_i = effort();
+    const EffortVector e_j = effort();
+    const Eigen::VectorXd c_i = near(center);
+    const Eigen::VectorXd c_j = near(center);
+    const Eigen::VectorXd z = style_features(c_i, c_j, e_i, e_j, rng.uniform(-0.25, 1.25));
     EffortVector label = linear_interpolation(z).col(0);
     if (recipe.beyond_interpolation) label += recipe.beyond_interpolation(z);
     for (double& value : label) value += recipe.noise * rng.normal();
