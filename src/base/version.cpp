@@ -2,6 +2,8 @@
 
 namespace laban::base {
 
-std::string_view version() noexcept { return LABAN_VERSION; }
+std::string_view version() noexcept {
+  return LABAN_VERSION;
+}
 
 }  // namespace laban::base

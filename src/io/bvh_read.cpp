@@ -430,7 +430,8 @@ Motion read_motion(TextScanner& scanner, std::string_view text, const Hierarchy&
   motion.frame_rate_hz = read_frame_time(scanner, override_hz);
   // Frames is a claim: a value takes at least two bytes, so no more than that is set aside for it.
   const double claimed = std::max(0.0, frames) * static_cast<double>(hierarchy.column_count);
-  const auto possible = static_cast<double>((text.size() - scanner.offset()) / 2 + 1);
+  const std::size_t possible_count = (text.size() - scanner.offset()) / 2 + 1;
+  const auto possible = static_cast<double>(possible_count);
   motion.values.reserve(static_cast<std::size_t>(std::min(claimed, possible)));
   RowReader(scanner, hierarchy.column_count).read(motion);
   if (motion.row_count == 0) scanner.fail_at(begin, "there is no row of values, so no motion");

@@ -5,7 +5,8 @@
 // ratio of lengths.
 //
 // Usage: corpus_difficulty_study FOLDER PATTERN CONTENT,CONTENT,..
-//   e.g. corpus_difficulty_study data/phrase "phrase_{content}_{performer}" walk,bow,wave,reach,kick
+//   e.g. corpus_difficulty_study data/phrase "phrase_{content}_{performer}"
+//   walk,bow,wave,reach,kick
 
 #include <algorithm>
 #include <cstdio>

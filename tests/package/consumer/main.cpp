@@ -11,10 +11,12 @@
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  const laban::motion::Capture capture = laban::motion::find_capture(laban::io::read_clip(argv[1]).clip);
-  const laban::motion::PoseMatrix pose = laban::motion::to_pose_matrix(capture.clip, capture.humanoid);
+  const laban::motion::Capture capture =
+      laban::motion::find_capture(laban::io::read_clip(argv[1]).clip);
+  const laban::motion::PoseMatrix pose =
+      laban::motion::to_pose_matrix(capture.clip, capture.humanoid);
   const laban::effort::Descriptors descriptors = laban::effort::describe(pose);
-  std::printf("laban %s: %d frames, quickness %.3f\n", laban::base::version().data(), pose.frame_count(),
-              descriptors.time);
+  std::printf("laban %s: %d frames, quickness %.3f\n", laban::base::version().data(),
+              pose.frame_count(), descriptors.time);
   return 0;
 }
