@@ -84,7 +84,7 @@ Match best_match(const Skeleton& skeleton, const HumanoidOptions& options) {
   best.found = -1;
   for (const RigTable& table : rig_tables()) {
     Match candidate = match(table, names, told);
-    if (candidate.found > best.found) best = std::move(candidate);
+    if (candidate.found > best.found) best = candidate;
   }
   return best;
 }
