@@ -84,10 +84,23 @@ std::string input_format(std::string_view bytes, std::string_view name,
   return std::string(format->name);
 }
 
+/// The clip with +Y up, whichever axis the file has up.
+ClipFile turned_upright(ClipFile file, const ReadOptions& options) {
+  file.up_axis = options.up_axis ? *options.up_axis : motion::find_up_axis(file.clip);
+  if (file.up_axis != motion::UpAxis::kY) {
+    file.clip = motion::turned(file.clip, motion::y_up_from(file.up_axis));
+  }
+  return file;
+}
+
+motion::Clip from_y_up(const motion::Clip& clip, motion::UpAxis up) {
+  return up == motion::UpAxis::kY ? clip : motion::turned(clip, motion::y_up_from(up).conjugate());
+}
+
 ClipBytes format_named(const motion::Clip& clip, std::string_view format,
                        const std::string& animation_name, const WriteOptions& options) {
   if (format == "bvh") {
-    BvhText bvh = write_bvh(clip, {.unit_m = options.unit_m});
+    BvhText bvh = write_bvh(from_y_up(clip, options.up_axis), {.unit_m = options.unit_m});
     return {std::move(bvh.text), std::move(bvh.renames)};
   }
   if (format == "glb") {
@@ -104,7 +117,12 @@ ClipFile parse_clip(std::string_view bytes, std::string_view name, const ReadOpt
   const std::string format = input_format(bytes, name, options);
   BvhFile bvh =
       read_bvh(bytes, name, {.unit_m = options.unit_m, .frame_rate_hz = options.frame_rate_hz});
-  return {std::move(bvh.clip), bvh.unit_m, bvh.unit_guessed, format, std::move(bvh.warnings)};
+  return turned_upright({.clip = std::move(bvh.clip),
+                         .unit_m = bvh.unit_m,
+                         .unit_guessed = bvh.unit_guessed,
+                         .format = format,
+                         .warnings = std::move(bvh.warnings)},
+                        options);
 }
 
 ClipFile read_clip(const std::filesystem::path& path, const ReadOptions& options) {

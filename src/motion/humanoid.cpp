@@ -167,6 +167,11 @@ Humanoid Humanoid::without_t_pose_frame() const {
   return cut;
 }
 
+StandardJointIndices find_standard_joints(const Skeleton& skeleton,
+                                          const HumanoidOptions& options) {
+  return best_match(skeleton, options).joints;
+}
+
 Humanoid find_humanoid(const Clip& clip, const HumanoidOptions& options) {
   const Match found = best_match(clip.skeleton(), options);
   require_all(found, clip.skeleton());

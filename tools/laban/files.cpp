@@ -34,41 +34,6 @@ auto naming(const std::string& path, const Work& work) {
   }
 }
 
-motion::HumanoidOptions humanoid_options(const ReadClipOptions& options) {
-  motion::HumanoidOptions found;
-  if (options.map.empty()) return found;
-  return naming(options.map, [&] {
-    const Json json = Json::parse(base::read_file(options.map), nullptr, false);
-    if (!json.is_object()) {
-      throw Error(ErrorKind::kFormat, "a map is one JSON object: {\"hips\": \"joint name\", ..}");
-    }
-    for (const auto& [standard, name] : json.items()) {
-      const auto& names = motion::kStandardJointNames;
-      const auto place = std::find(names.begin(), names.end(), standard);
-      if (place == names.end() || !name.is_string()) {
-        throw Error(ErrorKind::kFormat, "'" + standard +
-                                            "' is not a standard joint with a joint name; "
-                                            "'laban inspect' lists the standard joints");
-      }
-      found.joint_names[static_cast<motion::StandardJoint>(place - names.begin())] =
-          name.get<std::string>();
-    }
-    return found;
-  });
-}
-
-io::ClipFile parse_any_clip(const std::string& path, const std::string& bytes,
-                            const ReadClipOptions& options, const Common& common) {
-  io::ReadOptions reading{options.unit_m, options.frame_rate_hz, std::nullopt};
-  if (!options.input_format.empty()) reading.input_format = options.input_format;
-  if (path == "-" && options.input_format.empty()) {
-    throw Error(ErrorKind::kUsage, "reading from stdin needs --input-format");
-  }
-  io::ClipFile file = io::parse_clip(bytes, path == "-" ? "stdin" : path, reading);
-  for (const std::string& warning : file.warnings) warn(common, warning);
-  return file;
-}
-
 fs::path executable_folder() {
   std::error_code failed;
   const fs::path self = fs::read_symlink("/proc/self/exe", failed);
@@ -106,6 +71,40 @@ motion::PoseMatrix CapturedClip::pose(std::optional<double> frame_rate_hz) const
       capture.humanoid);
 }
 
+motion::HumanoidOptions read_map(const std::string& path) {
+  motion::HumanoidOptions found;
+  if (path.empty()) return found;
+  return naming(path, [&] {
+    const Json json = Json::parse(base::read_file(path), nullptr, false);
+    if (!json.is_object()) {
+      throw Error(ErrorKind::kFormat, "a map is one JSON object: {\"hips\": \"joint name\", ..}");
+    }
+    for (const auto& [standard, name] : json.items()) {
+      const auto& names = motion::kStandardJointNames;
+      const auto place = std::find(names.begin(), names.end(), standard);
+      if (place == names.end() || !name.is_string()) {
+        throw Error(ErrorKind::kFormat, "'" + standard +
+                                            "' is not a standard joint with a joint name; "
+                                            "'laban inspect' lists the standard joints");
+      }
+      found.joint_names[static_cast<motion::StandardJoint>(place - names.begin())] =
+          name.get<std::string>();
+    }
+    return found;
+  });
+}
+
+std::optional<motion::UpAxis> up_axis_named(const std::string& name) {
+  if (name == "x") return motion::UpAxis::kX;
+  if (name == "y") return motion::UpAxis::kY;
+  if (name == "z") return motion::UpAxis::kZ;
+  return std::nullopt;
+}
+
+std::string name_of(motion::UpAxis up) {
+  return up == motion::UpAxis::kX ? "x" : up == motion::UpAxis::kY ? "y" : "z";
+}
+
 void add_read_options(CLI::App* verb, ReadClipOptions& options) {
   const std::string group = "Reading clips";
   verb->add_option("--unit", options.unit_m,
@@ -118,6 +117,10 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options) {
   verb->add_option("--input-format", options.input_format,
                    "format of the input (needed for '-', stdin): bvh")
       ->group(group);
+  verb->add_option("--input-up", options.up_axis,
+                   "axis of the input that points up: x, y or z (default: found from the body)")
+      ->check(CLI::IsMember({"x", "y", "z"}))
+      ->group(group);
   verb->add_option("--map", options.map,
                    "JSON file {\"hips\": \"joint name\", ..} for a rig that is not known")
       ->group(group);
@@ -126,6 +129,25 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options) {
 std::string read_bytes(const std::string& path) {
   if (path != "-") return base::read_file(path);
   return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
+}
+
+io::ClipFile parse_any_clip(const std::string& path, const std::string& bytes,
+                            const ReadClipOptions& options, const Common& common) {
+  io::ReadOptions reading;
+  reading.unit_m = options.unit_m;
+  reading.frame_rate_hz = options.frame_rate_hz;
+  reading.up_axis = up_axis_named(options.up_axis);
+  if (!options.input_format.empty()) reading.input_format = options.input_format;
+  if (path == "-" && options.input_format.empty()) {
+    throw Error(ErrorKind::kUsage, "reading from stdin needs --input-format");
+  }
+  io::ClipFile file = io::parse_clip(bytes, path == "-" ? "stdin" : path, reading);
+  for (const std::string& warning : file.warnings) warn(common, warning);
+  if (options.up_axis.empty() && file.up_axis != motion::UpAxis::kY) {
+    warn(common, path + ": read with +" + name_of(file.up_axis) +
+                     " up, as the body stands; --input-up y if it lies");
+  }
+  return file;
 }
 
 io::ClipFile read_any_clip(const std::string& path, const ReadClipOptions& options,
@@ -138,7 +160,7 @@ CapturedClip read_captured_clip(const std::string& path, const ReadClipOptions& 
   const std::string bytes = read_bytes(path);
   io::ClipFile file = parse_any_clip(path, bytes, options, common);
   motion::Capture capture =
-      naming(path, [&] { return motion::find_capture(file.clip, humanoid_options(options)); });
+      naming(path, [&] { return motion::find_capture(file.clip, read_map(options.map)); });
   return {std::move(file), std::move(capture), {path, base::sha256_hex(bytes)}};
 }
 
@@ -148,8 +170,9 @@ void write_bytes(const std::string& path, const std::string& bytes, const Common
 }
 
 void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
-                double unit_m, const std::string& format) {
+                double unit_m, const std::string& format, motion::UpAxis up_axis) {
   io::WriteOptions options;
+  options.up_axis = up_axis;
   options.unit_m = unit_m;
   if (!format.empty()) options.format = format;
   if (path == "-" && format.empty())
@@ -157,6 +180,22 @@ void write_clip(const std::string& path, const motion::Clip& clip, const Common&
   const io::ClipBytes file = io::format_clip(clip, io::output_format(path, options), options);
   for (const std::string& rename : file.renames) warn(common, path + ": " + rename);
   write_bytes(path, file.bytes, common);
+}
+
+std::string table_format(const std::string& path, const std::string& format) {
+  for (const std::string known : {"csv", "npy"}) {
+    if (format == known || (format.empty() && path.ends_with("." + known))) return known;
+  }
+  return {};
+}
+
+void write_table(const std::string& path, const io::MotionTable& table, const Common& common,
+                 const std::string& format) {
+  const std::string known = table_format(path, format);
+  if (known.empty() && path != "-") {
+    throw Error(ErrorKind::kUsage, path + ": a table is a .csv or .npy file");
+  }
+  write_bytes(path, known == "npy" ? io::format_npy(table) : io::format_csv(table), common);
 }
 
 void check_outputs(const Common& common, const std::vector<std::string>& paths) {

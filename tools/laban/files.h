@@ -9,6 +9,7 @@
 
 #include "laban/effort/label_table.h"
 #include "laban/io/clip_file.h"
+#include "laban/io/motion_table.h"
 #include "laban/motion/humanoid.h"
 #include "laban/motion/pose_matrix.h"
 #include "laban/transfer/style_corpus.h"
@@ -42,13 +43,24 @@ struct ReadClipOptions {
   std::optional<double> frame_rate_hz;
   std::string input_format;  ///< needed for "-", stdin
   std::string map;           ///< JSON file: standard joint -> joint name
+  std::string up_axis;       ///< "x", "y" or "z"; empty: found from the body
 };
 
-/// Adds --unit, --fps, --input-format, --map.
+/// Adds --unit, --fps, --input-format, --input-up, --map.
 void add_read_options(CLI::App* verb, ReadClipOptions& options);
+
+/// "x", "y" or "z" as an axis, and back. Empty: nullopt.
+[[nodiscard]] std::optional<motion::UpAxis> up_axis_named(const std::string& name);
+[[nodiscard]] std::string name_of(motion::UpAxis up);
+
+/// How a rig is read, with a map from JSON {"hips": "joint name", ..} if `path` is not empty.
+[[nodiscard]] motion::HumanoidOptions read_map(const std::string& path);
 
 /// Bytes of a file, or of stdin for "-".
 [[nodiscard]] std::string read_bytes(const std::string& path);
+/// A clip of any rig from bytes that were read from `path`; its warnings go to stderr.
+[[nodiscard]] io::ClipFile parse_any_clip(const std::string& path, const std::string& bytes,
+                                          const ReadClipOptions& options, const Common& common);
 /// Reads a clip of any rig; its warnings go to stderr.
 [[nodiscard]] io::ClipFile read_any_clip(const std::string& path, const ReadClipOptions& options,
                                          const Common& common);
@@ -61,7 +73,13 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options);
 void write_bytes(const std::string& path, const std::string& bytes, const Common& common);
 /// Writes a clip in the format of the path's ending; renamed joints are told as warnings.
 void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
-                double unit_m = 0.01, const std::string& format = {});
+                double unit_m = 0.01, const std::string& format = {},
+                motion::UpAxis up_axis = motion::UpAxis::kY);
+/// "csv" or "npy" if that is the format given or, without one, the path's ending; else empty.
+[[nodiscard]] std::string table_format(const std::string& path, const std::string& format = {});
+/// Writes a table in its format. @throws Error{kUsage} if that is neither CSV nor NPY.
+void write_table(const std::string& path, const io::MotionTable& table, const Common& common,
+                 const std::string& format = {});
 /// Throws before any work is done if an output could not be written. Empty paths and "-" pass.
 void check_outputs(const Common& common, const std::vector<std::string>& paths);
 

@@ -22,9 +22,9 @@ double body_extent_m(const motion::Clip& clip, int frame) {
   return positions.row(1).maxCoeff() - positions.row(1).minCoeff();
 }
 
-Json describe_rig(const motion::Clip& clip) {
+Json describe_rig(const motion::Clip& clip, const motion::HumanoidOptions& options) {
   try {
-    const motion::Humanoid rig = motion::find_humanoid(clip);
+    const motion::Humanoid rig = motion::find_humanoid(clip, options);
     Json json = {{"name", rig.rig_name()},
                  {"leg_length_m", rig.leg_length_m()},
                  {"t_pose_frame", rig.has_t_pose_frame()}};
@@ -40,11 +40,11 @@ Json describe_rig(const motion::Clip& clip) {
 }
 
 void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
-  io::ReadOptions reading{verb.reading.unit_m, verb.reading.frame_rate_hz, std::nullopt};
-  if (!verb.reading.input_format.empty()) reading.input_format = verb.reading.input_format;
-  const io::ClipFile file = io::parse_clip(bytes, verb.input, reading);
+  Common quiet = verb.common;
+  quiet.quiet = true;  // the warnings are part of what is told below
+  const io::ClipFile file = parse_any_clip(verb.input, bytes, verb.reading, quiet);
   const motion::Clip& clip = file.clip;
-  const Json rig = describe_rig(clip);
+  const Json rig = describe_rig(clip, read_map(verb.reading.map));
   const Json json = {{"schema", "laban.inspect/1"},
                      {"kind", "clip"},
                      {"format", file.format},
@@ -55,6 +55,7 @@ void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
                      {"animates_translations", clip.has_translations()},
                      {"unit_m", file.unit_m},
                      {"unit_guessed", file.unit_guessed},
+                     {"up_axis", name_of(file.up_axis)},
                      {"extent_m", body_extent_m(clip, clip.frame_count() / 2)},
                      {"rig", rig},
                      {"warnings", file.warnings}};
@@ -65,8 +66,9 @@ void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
   for (const std::string& warning : file.warnings) warn(verb.common, warning);
   fmt::print("{}: {} clip, {} joints, {} frames at {:g} Hz ({:.2f} s)\n", verb.input, file.format,
              clip.joint_count(), clip.frame_count(), clip.frame_rate_hz(), clip.duration_s());
-  fmt::print("unit {:g} m{}; the body spans {:.2f} m at mid-clip\n", file.unit_m,
-             file.unit_guessed ? " (guessed)" : "", json["extent_m"].get<double>());
+  fmt::print("unit {:g} m{}, {} up; the body spans {:.2f} m at mid-clip\n", file.unit_m,
+             file.unit_guessed ? " (guessed from the body's size)" : "", name_of(file.up_axis),
+             json["extent_m"].get<double>());
   if (rig.contains("problem")) {
     fmt::print("no person found: {}\n", rig["problem"].get<std::string>());
     return;
@@ -145,7 +147,7 @@ void add_inspect(CLI::App& app) {
   auto verb = std::make_shared<InspectVerb>();
   CLI::App* sub = add_verb(app, "inspect", "Tell what is in a clip, a style model or a label table",
                            "laban inspect capture.bvh");
-  sub->add_option("INPUT", verb->input, "clip (BVH), style model (.laban) or label table (.csv)")
+  sub->add_option("INPUT", verb->input, "clip, style model (.laban) or label table (.csv)")
       ->required();
   add_read_options(sub, verb->reading);
   add_common(sub, verb->common);

@@ -1,11 +1,10 @@
 #include <fmt/core.h>
 
-#include "laban/align/content_groups.h"
-#include "laban/base/csv.h"
 #include "laban/base/error.h"
 #include "laban/draw/line_chart.h"
 #include "laban/effort/observer.h"
 
+#include "effort_curve.h"
 #include "files.h"
 #include "report.h"
 #include "verb.h"
@@ -17,33 +16,10 @@ struct MeasureVerb {
   Common common;
   ReadClipOptions reading;
   std::vector<std::string> inputs;
-  std::string model;
-  std::string content;
+  EffortCurveOptions effort;
   std::string over_time;
   std::string picture;
-  double window_s = 1.0;
 };
-
-/// The content named, or that of the fragment nearest to the clip if it is near enough; else empty,
-/// so that the clip is measured against all contents pooled.
-std::string content_of(const MeasureVerb& verb, const transfer::StyleModel& model,
-                       const motion::PoseMatrix& pose) {
-  if (!verb.content.empty()) {
-    if (!model.observer.find(verb.content)) {
-      throw base::Error(base::ErrorKind::kUsage, "the model knows no content '" + verb.content +
-                                                     "'; 'laban inspect' lists them");
-    }
-    return verb.content;
-  }
-  const align::ContentMetric& metric = model.database.metric();
-  const auto nearest = align::nearest(metric.features(pose, metric.mean_pose(std::span(&pose, 1))),
-                                      model.database.features(), 1);
-  const auto fragment = static_cast<std::size_t>(nearest.front().fragment);
-  const int group = model.contents.numbers[fragment];
-  const bool near =
-      nearest.front().mean_cost <= model.match_costs[static_cast<std::size_t>(group)].threshold;
-  return near ? model.fragments[fragment].content : "";
-}
 
 struct Measured {
   std::string path;
@@ -77,18 +53,8 @@ void print(const MeasureVerb& verb, const std::vector<Measured>& all) {
   }
 }
 
-void write_over_time(const MeasureVerb& verb, const motion::PoseMatrix& pose,
-                     const Eigen::Matrix3Xd& curves) {
-  if (!verb.over_time.empty()) {
-    std::string text = base::format_csv_row({"time_s", "flow", "weight", "time"});
-    for (Eigen::Index f = 0; f < curves.cols(); ++f) {
-      text += base::format_csv_row(
-          {base::format_number(static_cast<double>(f) / pose.frame_rate_hz),
-           base::format_number(curves(0, f)), base::format_number(curves(1, f)),
-           base::format_number(curves(2, f))});
-    }
-    write_bytes(verb.over_time, text, verb.common);
-  }
+void write_over_time(const MeasureVerb& verb, const io::MotionTable& curves) {
+  if (!verb.over_time.empty()) write_table(verb.over_time, curves, verb.common);
   if (verb.picture.empty()) return;
   draw::ChartPanel panel;
   panel.x.label = "seconds";
@@ -96,9 +62,9 @@ void write_over_time(const MeasureVerb& verb, const motion::PoseMatrix& pose,
   for (const effort::Factor factor : effort::kFactors) {
     draw::Curve curve;
     curve.name = std::string(effort::name_of(factor));
-    for (Eigen::Index f = 0; f < curves.cols(); ++f) {
-      curve.x.push_back(static_cast<double>(f) / pose.frame_rate_hz);
-      curve.y.push_back(curves(effort::index_of(factor), f));
+    for (Eigen::Index f = 0; f < curves.values.cols(); ++f) {
+      curve.x.push_back(static_cast<double>(f) / curves.frame_rate_hz);
+      curve.y.push_back(curves.values(effort::index_of(factor), f));
     }
     panel.curves.push_back(std::move(curve));
   }
@@ -117,20 +83,19 @@ void run(const MeasureVerb& verb) {
     throw base::Error(base::ErrorKind::kUsage, "--over-time and --picture take one clip");
   }
   InputRecord record;
-  const transfer::StyleModel model = read_model(verb.model, record);
+  const transfer::StyleModel model = read_model(verb.effort.model, record);
   std::vector<Measured> all;
   for (const std::string& path : verb.inputs) {
     const motion::PoseMatrix pose =
         read_captured_clip(path, verb.reading, verb.common).pose(model.frame_rate_hz());
-    Measured one{path, content_of(verb, model, pose), effort::describe(pose), {}};
+    Measured one{path, content_of(model, pose, verb.effort.content), effort::describe(pose), {}};
     one.observation = effort::observe(one.descriptors, model.observer, one.content);
     if (one.observation.pooled) {
       warn(verb.common,
            path + ": it matches no content of the model; measured against all contents pooled");
     }
     if (over_time) {
-      write_over_time(verb, pose,
-                      effort::observe_over_time(pose, model.observer, one.content, verb.window_s));
+      write_over_time(verb, effort_table(model, pose, one.content, verb.effort.window_s));
     }
     all.push_back(std::move(one));
   }
@@ -145,16 +110,9 @@ void add_measure(CLI::App& app) {
                            "Measure Effort by the kinematic observer, of whole clips or over time",
                            "laban measure walk.bvh --content walk");
   sub->add_option("INPUT", verb->inputs, "clips")->required();
-  sub->add_option(
-      "--model", verb->model,
-      "style model whose reference is measured against (default: the embedded corpus's)");
-  sub->add_option("--content", verb->content,
-                  "what is done in the clips (default: found by the nearest fragment)");
-  sub->add_option("--over-time", verb->over_time, "curve over time to write (CSV)");
+  add_effort_curve_options(sub, verb->effort);
+  sub->add_option("--over-time", verb->over_time, "curve over time to write (.csv or .npy)");
   sub->add_option("--picture", verb->picture, "curve over time to draw (.png or .svg)");
-  sub->add_option("--window", verb->window_s, "window of the curve, seconds")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
   add_read_options(sub, verb->reading);
   add_common(sub, verb->common, {.writes = true});
   sub->callback([verb] { run(*verb); });

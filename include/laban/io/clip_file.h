@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "laban/motion/clip.h"
+#include "laban/motion/up_axis.h"
 
 namespace laban::io {
 
@@ -17,12 +18,17 @@ struct ReadOptions {
   std::optional<double> frame_rate_hz = {};
   /// "bvh"; nullopt: by content, else by the name's ending.
   std::optional<std::string> input_format = {};
+  /// The file's axis that points up, where its format leaves it open (BVH); nullopt: found from how
+  /// the body stands (motion::find_up_axis).
+  std::optional<motion::UpAxis> up_axis = {};
 };
 
 struct ClipFile {
   motion::Clip clip;
-  double unit_m = 0.01;               ///< metres per unit of the file, as used
-  bool unit_guessed = false;          ///< true if neither file nor options told it
+  double unit_m = 0.01;       ///< metres per unit of the file, as used
+  bool unit_guessed = false;  ///< true if neither file nor options told it
+  /// Which axis of the file points up; the clip has been turned to +Y.
+  motion::UpAxis up_axis = motion::UpAxis::kY;
   std::string format;                 ///< "bvh"
   std::vector<std::string> warnings;  ///< each "name:line:column: ..."
 };
@@ -49,6 +55,8 @@ struct WriteOptions {
   std::optional<std::string> format = {};
   /// Overwrite an existing file.
   bool force = false;
+  /// The axis to point up, where the format leaves it open (BVH).
+  motion::UpAxis up_axis = motion::UpAxis::kY;
   /// Add a mesh of the bones, where the format can hold one (GLB).
   bool bone_mesh = true;
 };

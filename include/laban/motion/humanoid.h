@@ -81,6 +81,15 @@ class Humanoid {
   int first_motion_frame_;
 };
 
+/// Index of the rig joint that plays each standard joint; empty where none does.
+using StandardJointIndices = std::array<std::optional<int>, kStandardJointCount>;
+
+/// Which joint of a skeleton plays which standard joint, by the names alone, as find_humanoid finds
+/// them; empty where none is found.
+/// @throws Error{kUsage} if options name a joint that the skeleton does not have.
+[[nodiscard]] StandardJointIndices find_standard_joints(const Skeleton& skeleton,
+                                                        const HumanoidOptions& options = {});
+
 /// Finds the standard joints of a clip's skeleton by name and computes the reference pose.
 ///
 /// Names are compared without case, separators and prefixes such as "mixamorig:". Name tables:
