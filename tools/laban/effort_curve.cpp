@@ -1,6 +1,8 @@
 #include "effort_curve.h"
 
-#include "laban/align/content_groups.h"
+#include <map>
+
+#include "laban/align/segment_input.h"
 #include "laban/base/error.h"
 #include "laban/effort/observer.h"
 
@@ -13,7 +15,7 @@ void add_effort_curve_options(CLI::App* verb, EffortCurveOptions& options) {
           "style model whose reference is measured against (default: the embedded corpus's)")
       ->group(group);
   verb->add_option("--content", options.content,
-                   "what is done in the clips (default: found by the nearest fragment)")
+                   "what is done in the clips (default: found by segmentation)")
       ->group(group);
   verb->add_option("--window", options.window_s, "window of a curve over time, seconds")
       ->check(CLI::PositiveNumber)
@@ -30,14 +32,22 @@ std::string content_of(const transfer::StyleModel& model, const motion::PoseMatr
     }
     return named;
   }
-  const align::ContentMetric& metric = model.database.metric();
-  const auto nearest = align::nearest(metric.features(pose, metric.mean_pose(std::span(&pose, 1))),
-                                      model.database.features(), 1);
-  const auto fragment = static_cast<std::size_t>(nearest.front().fragment);
-  const int group = model.contents.numbers[fragment];
-  const bool near =
-      nearest.front().mean_cost <= model.match_costs[static_cast<std::size_t>(group)].threshold;
-  return near ? model.fragments[fragment].content : "";
+  // The performer's mean pose is not known from one action; segmentation estimates it.
+  const auto cut = align::segment_input(pose, model.database);
+  if (!cut) return {};
+  std::map<int, int> frames_of;
+  for (const align::Snippet& snippet : cut->snippets) {
+    const int group = model.contents.numbers[static_cast<std::size_t>(snippet.fragment)];
+    const bool near =
+        snippet.mean_cost() <= model.match_costs[static_cast<std::size_t>(group)].threshold;
+    if (near) frames_of[group] += snippet.end - snippet.begin;
+  }
+  for (const auto& [group, frames] : frames_of) {
+    if (2 * frames > pose.frame_count()) {
+      return model.contents.names[static_cast<std::size_t>(group)];
+    }
+  }
+  return {};
 }
 
 io::MotionTable effort_table(const transfer::StyleModel& model, const motion::PoseMatrix& pose,

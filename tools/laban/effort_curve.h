@@ -9,15 +9,16 @@ namespace laban::cli {
 /// How Effort is measured over time.
 struct EffortCurveOptions {
   std::string model;      ///< path; empty: the default model
-  std::string content;    ///< what is done in the clip; empty: found by the nearest fragment
+  std::string content;    ///< what is done in the clip; empty: found by segmentation
   double window_s = 1.0;  ///< length of the window that slides over the clip
 };
 
 /// Adds --model, --content and --window.
 void add_effort_curve_options(CLI::App* verb, EffortCurveOptions& options);
 
-/// The content named, or that of the fragment nearest to the clip if it is near enough; else empty,
-/// so that the clip is measured against all contents pooled.
+/// The content named, or the one that more than half of the clip's frames match; else empty, so
+/// that the clip is measured against all contents pooled.
+/// @param pose  at the model's frame rate.
 /// @throws Error{kUsage} if the model does not know the content named.
 [[nodiscard]] std::string content_of(const transfer::StyleModel& model,
                                      const motion::PoseMatrix& pose, const std::string& named);

@@ -14,6 +14,7 @@ struct InspectVerb {
   Common common;
   ReadClipOptions reading;
   std::string input;
+  bool check = false;
 };
 
 /// Height of the highest over the lowest joint at a frame, metres.
@@ -39,6 +40,29 @@ Json describe_rig(const motion::Clip& clip, const motion::HumanoidOptions& optio
   }
 }
 
+void print(const InspectVerb& verb, const Json& clip) {
+  for (const Json& warning : clip["warnings"]) warn(verb.common, warning.get<std::string>());
+  fmt::print("{}: {} clip, {} joints, {} frames at {:g} Hz ({:.2f} s)\n", verb.input,
+             clip["format"].get<std::string>(), clip["joints"].get<int>(),
+             clip["frames"].get<int>(), clip["frame_rate_hz"].get<double>(),
+             clip["duration_s"].get<double>());
+  fmt::print("unit {:g} m{}, {} up; the body spans {:.2f} m at mid-clip\n",
+             clip["unit_m"].get<double>(),
+             clip["unit_guessed"].get<bool>() ? " (guessed from the body's size)" : "",
+             clip["up_axis"].get<std::string>(), clip["extent_m"].get<double>());
+  const Json& rig = clip["rig"];
+  if (rig.contains("problem")) {
+    fmt::print("no person found: {}\n", rig["problem"].get<std::string>());
+    return;
+  }
+  fmt::print("rig {}, leg {:.2f} m{}\n", rig["name"].get<std::string>(),
+             rig["leg_length_m"].get<double>(),
+             rig["t_pose_frame"].get<bool>() ? ", frame 0 is a T-pose and no motion" : "");
+  for (const auto& [standard, name] : rig["joints"].items()) {
+    fmt::print("  {:<16} {}\n", standard, name.is_null() ? "-" : name.get<std::string>());
+  }
+}
+
 void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
   Common quiet = verb.common;
   quiet.quiet = true;  // the warnings are part of what is told below
@@ -61,24 +85,10 @@ void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
                      {"warnings", file.warnings}};
   if (verb.common.json) {
     fmt::print("{}\n", json.dump(2));
-    return;
+  } else {
+    print(verb, json);
   }
-  for (const std::string& warning : file.warnings) warn(verb.common, warning);
-  fmt::print("{}: {} clip, {} joints, {} frames at {:g} Hz ({:.2f} s)\n", verb.input, file.format,
-             clip.joint_count(), clip.frame_count(), clip.frame_rate_hz(), clip.duration_s());
-  fmt::print("unit {:g} m{}, {} up; the body spans {:.2f} m at mid-clip\n", file.unit_m,
-             file.unit_guessed ? " (guessed from the body's size)" : "", name_of(file.up_axis),
-             json["extent_m"].get<double>());
-  if (rig.contains("problem")) {
-    fmt::print("no person found: {}\n", rig["problem"].get<std::string>());
-    return;
-  }
-  fmt::print("rig {}, leg {:.2f} m{}\n", rig["name"].get<std::string>(),
-             rig["leg_length_m"].get<double>(),
-             rig["t_pose_frame"].get<bool>() ? ", frame 0 is a T-pose and no motion" : "");
-  for (const auto& [standard, name] : rig["joints"].items()) {
-    fmt::print("  {:<16} {}\n", standard, name.is_null() ? "-" : name.get<std::string>());
-  }
+  if (verb.check && (!file.warnings.empty() || rig.contains("problem"))) throw CheckFailed();
 }
 
 void inspect_model(const InspectVerb& verb, const std::string& bytes) {
@@ -149,6 +159,8 @@ void add_inspect(CLI::App& app) {
                            "laban inspect capture.bvh");
   sub->add_option("INPUT", verb->input, "clip, style model (.laban) or label table (.csv)")
       ->required();
+  sub->add_flag("--check", verb->check,
+                "exit with 7 if a clip needs mending or no person is found in it");
   add_read_options(sub, verb->reading);
   add_common(sub, verb->common);
   sub->callback([verb] { run(*verb); });

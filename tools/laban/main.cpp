@@ -104,6 +104,8 @@ int run(int argc, char** argv) {
         verbs.empty() ? "'laban --help' lists the verbs"
                       : "'laban help " + verbs.front()->get_name() + "' lists the options";
     return failed(std::string(error.what()) + "; " + mend, 2);
+  } catch (const CheckFailed&) {
+    return 7;
   } catch (const base::Error& error) {
     return failed(error.what(), exit_code(error.kind()));
   } catch (const std::bad_alloc&) {

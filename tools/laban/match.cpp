@@ -1,6 +1,8 @@
 #include <fmt/core.h>
 
+#include "laban/align/content_groups.h"
 #include "laban/align/dtw.h"
+#include "laban/align/segment_input.h"
 #include "laban/base/csv.h"
 #include "laban/base/error.h"
 
@@ -69,10 +71,10 @@ void match_database(const MatchVerb& verb) {
   const transfer::StyleModel model = read_model(verb.model, record);
   const CapturedClip clip = read_captured_clip(verb.inputs[0], verb.reading, verb.common);
   const motion::PoseMatrix pose = clip.pose(model.frame_rate_hz());
-  const align::ContentMetric& metric = model.database.metric();
-  const Eigen::VectorXd own_mean = metric.mean_pose(std::span(&pose, 1));
-  const auto found =
-      align::nearest(metric.features(pose, own_mean), model.database.features(), verb.count);
+  // The performer's mean pose is not known from one action; segmentation estimates it.
+  const auto cut = align::segment_input(pose, model.database);
+  LABAN_CHECK(cut.has_value());  // without a slope limit there is a path
+  const auto found = align::nearest(cut->features, model.database.features(), verb.count);
   Json json = {{"schema", "laban.match/1"}, {"metric", verb.metric}, {"nearest", Json::array()}};
   if (!verb.common.json)
     fmt::print("{:<32} {:<12} {:>12} {:>12}\n", "fragment", "content", "SSD", "mean a cell");

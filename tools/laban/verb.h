@@ -41,6 +41,9 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& su
 /// Adds the common options to a verb.
 void add_common(CLI::App* verb, Common& common, const CommonOptions& which = {});
 
+/// Thrown once all is printed by a verb that was asked to check and found something: exit code 7.
+struct CheckFailed {};
+
 /// Messages, all on stderr; the result alone goes to stdout.
 void warn(const Common& common, const std::string& message);
 /// A decision taken, under -v only.

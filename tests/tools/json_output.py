@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""Every verb's --json, and every kind of it, is what tools/laban/output.schema.json says.
+
+Usage: json_output.py LABAN_PROGRAM SCHEMA SOURCE_DIR WORK_DIR
+"""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import jsonschema
+
+
+def main():
+    program, schema_path, source, work = (pathlib.Path(argument).resolve() for argument in sys.argv[1:5])
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    take, phrase, labels = source / "data/take.bvh", source / "data/phrase", source / "labels/phrase.csv"
+    walk, other = phrase / "phrase_walk_p01.bvh", phrase / "phrase_walk_p02.bvh"
+    model = program.parent / "phrase.laban"
+    commands = [
+        f"apply {take} --time 1 -o styled.bvh --report report.json",
+        f"apply {walk} --flow 1 -o walk.glb",
+        f"blend {walk} {other} --alpha 0.5 -o blend.bvh",
+        f"convert {take} -o take.glb",
+        f"corpus --clips {phrase} --pattern phrase_{{content}}_{{performer}} --blends 5 --label measured -o corpus.csv",
+        f"corpus --clips {phrase} --pattern phrase_{{content}}_{{performer}} --blends 5 --label none -o blank.csv",
+        "curve",
+        f"draw {take} -o take.png",
+        f"evaluate --labels {labels} --runs 2",
+        f"evaluate --labels {labels} --closed-loop 2",
+        f"inspect {take}",
+        "inspect blank.csv",
+        f"inspect {model}",
+        f"match {walk} {other}",
+        f"match {walk}",
+        f"measure {walk} {take}",
+        f"segment {take}",
+        f"train --labels {labels} -o phrase.laban",
+    ]
+    schema = json.loads(schema_path.read_text())
+    jsonschema.Draft7Validator.check_schema(schema)
+    validator = jsonschema.Draft7Validator(schema)
+    seen = set()
+    for command in commands:
+        result = subprocess.run([program, *command.split(), "--json"], cwd=work, capture_output=True, text=True)
+        if result.returncode != 0:
+            sys.exit(f"laban {command}\nexit code {result.returncode}\n{result.stderr}")
+        output = json.loads(result.stdout)
+        validator.validate(output)
+        seen.add(output["schema"])
+        print(f"ok: {output['schema']}: laban {command}")
+    validator.validate(json.loads((work / "report.json").read_text()))
+    known = {one["properties"]["schema"]["const"] for one in schema["definitions"].values()
+             if "schema" in one.get("properties", {})}
+    if known != seen:
+        sys.exit(f"no command shows {known - seen}")
+    broken = json.loads((work / "report.json").read_text())
+    del broken["snippets"][0]["measured"]
+    if validator.is_valid(broken):
+        sys.exit("a report without its measured Effort passes")
+
+
+if __name__ == "__main__":
+    main()
