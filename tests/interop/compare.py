@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """compare.py EXPECTED.csv FOUND.csv TOLERANCE_M LABEL: are two tellings of joint positions one?
 
-Both have the columns frame,time_s,joint,x,y,z, in any order of rows. Prints one line; exits 1 if
-they name other frames, times or joints, or if a joint is further off than the tolerance. Names are
-taken as a BVH of laban's spells them: what is no letter, digit or underscore is an underscore.
+Both have the columns frame,time_s,joint,x,y,z, in any order of rows, or are tables of laban's own:
+a comment line, then time_s,JOINT_x_m,JOINT_y_m,JOINT_z_m,.. with a row for every frame. Prints one
+line; exits 1 if they name other frames, times or joints, or if a joint is further off than the
+tolerance. Names are taken as a BVH of laban's spells them: what is no letter, digit or underscore
+is an underscore.
 """
 
 import csv
@@ -11,21 +13,47 @@ import math
 import re
 import sys
 
+from forward_kinematics import sample_frames
+
 TIME_TOLERANCE_S = 1e-5  # float32 seconds of a clip of a minute or two
+
+
+def plain(name):
+    return re.sub(r"[^A-Za-z0-9_]", "_", name)
+
+
+def tidy_table(rows):
+    return {
+        (int(row["frame"]), plain(row["joint"])): [float(row[key]) for key in ("time_s", *"xyz")]
+        for row in rows
+    }
+
+
+def laban_table(rows):
+    joints = [key.removesuffix("_x_m") for key in rows[0] if key.endswith("_x_m")]
+    return {
+        (frame, plain(joint)): [
+            float(rows[frame][key])
+            for key in ("time_s", f"{joint}_x_m", f"{joint}_y_m", f"{joint}_z_m")
+        ]
+        for frame in sample_frames(len(rows))
+        for joint in joints
+    }
 
 
 def read(path):
     try:
         with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
+            lines = file.readlines()
     except FileNotFoundError:
         sys.exit(f"BAD  {path}: was not written")
-    table = {
-        (int(row["frame"]), re.sub(r"[^A-Za-z0-9_]", "_", row["joint"])): [float(row[key]) for key in ("time_s", "x", "y", "z")]
-        for row in rows
-    }
-    if not table or len(table) != len(rows):
-        sys.exit(f"BAD  {path}: {len(rows)} rows, {len(table)} of them different")
+    is_ours = lines[:1] != [] and lines[0].startswith("#")
+    rows = list(csv.DictReader(lines[1:] if is_ours else lines))
+    if not rows:
+        sys.exit(f"BAD  {path}: has no rows")
+    table = laban_table(rows) if is_ours else tidy_table(rows)
+    if not is_ours and len(table) != len(rows):
+        sys.exit(f"BAD  {path}: tells a joint twice at one frame")
     return table
 
 

@@ -21,6 +21,8 @@ work=$build/interop
 tolerance_m=1e-4
 # What a BVH loses on the way through laban.
 round_trip_m=1e-6
+# 0.1 degrees at each of the six joints from the hips to the hand, which are 4.4 m off it in all.
+compact_tolerance_m=1e-2
 
 failures=0
 cases=()
@@ -36,14 +38,25 @@ compare() { hold python3 "$here/compare.py" "$@"; }
 # tell NAME UNIT_M BVH [--added]: writes positions/NAME.csv
 tell() { python3 "$here/forward_kinematics.py" "$3" "$2" "${@:4}" >"positions/$1.csv"; }
 
+# offers VERB WORD: whether the program's verb has this option or format
+offers() { "$laban" help "$1" | grep -qw -- "$2"; }
+
 # write_case NAME VERB ARGUMENT..: NAME.bvh and NAME.glb of one motion, and where its joints are
 write_case() {
   local name=$1
   shift
   "$laban" "$@" -o "$name.bvh" --force -q >/dev/null
   "$laban" "$@" -o "$name.glb" --force -q >/dev/null
-  tell "$name" 0.01 "$name.bvh"
-  cases+=("$name")
+  add_case "$name"
+}
+
+# add_case NAME: takes NAME.bvh and NAME.glb in, and holds our own table of joint positions to theirs
+add_case() {
+  tell "$1" 0.01 "$1.bvh"
+  cases+=("$1")
+  offers convert csv || return 0
+  "$laban" convert "$1.bvh" --unit 0.01 -o "$1.csv" --force -q >/dev/null
+  compare "positions/$1.csv" "$1.csv" $round_trip_m "our table: $1"
 }
 
 # convert_case NAME INPUT.bvh UNIT_M: a converted file, held to the file it came from
@@ -55,11 +68,20 @@ convert_case() {
 
 write_files() {
   local take=$source/data/take.bvh phrase=$source/data/phrase format
+  offers convert csv || skipped "our own table of joint positions: this program writes none"
   convert_case take "$take" 0.01
   # Six channels below the root, a frame rate of 23.976 Hz, turns past 180 degrees, odd names.
   convert_case awkward "$here/awkward.bvh" 0.01
   write_case one_frame convert "$take" --begin 30 --end 31
   write_case resampled convert "$take" --rate 47.5
+  if offers convert --root-motion; then
+    write_case in_place convert "$take" --root-motion in-place
+    write_case root_joint convert "$take" --root-motion root-joint
+  fi
+  if offers convert --mirror; then write_case mirrored convert "$take" --mirror; fi
+  if offers convert --compact; then
+    "$laban" convert "$take" -o compact.glb --compact --force -q >/dev/null
+  fi
   write_case styled apply "$take" --time 2 --flow -1
   write_case blend blend "$phrase"/phrase_walk_{p01,p07}.bvh --alpha 0.4
   for format in bvh glb; do
@@ -67,8 +89,7 @@ write_files() {
       --write-blends sheet --blend-format $format -o sheet.csv --force -q >/dev/null
   done
   cp sheet/blend_001.* .
-  tell blend_001 0.01 blend_001.bvh
-  cases+=(blend_001)
+  add_case blend_001
   if [[ -z "${LABAN_DATA:-}" ]]; then
     skipped "real captures: LABAN_DATA is not set"
     return
@@ -126,6 +147,10 @@ check_by_node() {
   done
   hold node three_positions.mjs positions "${cases[@]/%/.bvh}" "${cases[@]/%/.glb}"
   check_positions three bvh glb
+  if [[ -e compact.glb ]]; then
+    hold node three_positions.mjs positions compact.glb@60
+    compare positions/take.csv positions/compact.glb.three.csv $compact_tolerance_m "three: compact.glb"
+  fi
 }
 
 check_by_blender() {
@@ -159,7 +184,7 @@ check_by_assimp() {
 # Nothing of an earlier run may stand in for what this one fails to write.
 mkdir -p "$work"
 cd "$work"
-rm -rf positions sheet ./*.bvh ./*.glb
+rm -rf positions sheet ./*.bvh ./*.glb ./*.csv
 mkdir positions
 cp "$here"/package.json "$here"/*.mjs .
 

@@ -1,4 +1,7 @@
-// node three_positions.mjs OUT_DIR FILE... : where three.js puts the joints of BVH and GLB files.
+// node three_positions.mjs OUT_DIR FILE[@RATE]... : where three.js puts the joints of BVH and GLB files.
+//
+// Frames are the keys of the first track; with @RATE, where tracks have left keys out, they are so
+// many a second.
 //
 // Writes OUT_DIR/NAME.three.csv for each FILE with the columns frame,time_s,joint,x,y,z (metres; a
 // BVH is in centimetres). Exits 1 if three.js warns, or if a track is bound to no node.
@@ -46,11 +49,16 @@ function checkTracks({ scene, clip, joints }) {
   if (turning !== joints.length) throw new Error(`${turning} of ${joints.length} joints turn`);
 }
 
-function positionRows({ scene, clip, joints }, scale) {
+function frameTimes(clip, rate) {
+  if (!rate) return clip.tracks[0].times;
+  const frameCount = Math.round(clip.duration * rate) + 1;
+  return Array.from({ length: frameCount }, (_, frame) => frame / rate);
+}
+
+function positionRows({ scene, clip, joints }, times, scale) {
   const mixer = new three.AnimationMixer(scene);
   const action = mixer.clipAction(clip).setLoop(three.LoopOnce, 1).play();
   action.clampWhenFinished = true; // else the last frame would be the first again
-  const times = clip.tracks[0].times;
   const rows = ["frame,time_s,joint,x,y,z"];
   for (const frame of sampleFrames(times.length)) {
     action.reset();
@@ -73,14 +81,15 @@ console.warn = refuseWarnings;
 const printError = console.error;
 console.error = refuseWarnings;
 
-const [outDir, ...paths] = process.argv.slice(2);
-for (const path of paths) {
+const [outDir, ...files] = process.argv.slice(2);
+for (const file of files) {
+  const [path, rate] = file.split("@");
   try {
     const kind = path.slice(-3);
     const bytes = new Uint8Array(await readFile(path)).buffer;
     const loaded = kind === "glb" ? await loadGlb(bytes) : loadBvh(bytes);
     checkTracks(loaded);
-    const rows = positionRows(loaded, metresPerUnit[kind]);
+    const rows = positionRows(loaded, frameTimes(loaded.clip, Number(rate)), metresPerUnit[kind]);
     await writeFile(`${outDir}/${basename(path)}.three.csv`, rows.join("\n") + "\n");
   } catch (error) {
     printError(`${path}: ${error.message}`);
