@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "laban/base/error.h"
+#include "laban/base/huge_pages.h"
 
 namespace laban::base {
 namespace {
@@ -111,6 +112,7 @@ std::string read_file(const fs::path& path) {
   if (S_ISDIR(facts.st_mode)) fail(path, "cannot be read: it is a folder; name a file");
   std::string bytes;
   bytes.reserve(static_cast<std::size_t>(facts.st_size));
+  prefer_huge_pages(bytes.data(), bytes.capacity());
   char block[1 << 16];
   while (true) {
     const ssize_t count = ::read(file.get(), block, sizeof block);

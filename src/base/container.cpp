@@ -26,6 +26,9 @@ constexpr std::string_view kMagic("laban\r\n\x1a", 8);
 constexpr std::size_t kKindSize = 32;
 constexpr std::size_t kDigestSize = 64;
 
+// A JSON value takes up to 20 times its text in memory. Models' headers are some kilobytes.
+constexpr std::size_t kMaxHeaderSize = std::size_t{8} << 20U;
+
 template <typename Integer>
 void put(std::string& bytes, Integer value) {
   char raw[sizeof value];
@@ -137,7 +140,9 @@ Container read_container(std::string_view bytes, std::string_view name, std::str
   }
   const auto array_count = body.integer<std::uint32_t>("its head");
   const auto header_size = body.integer<std::uint64_t>("its head");
-  container.header_json = std::string(body.take(header_size, "its header"));
+  const std::string_view header = body.take(header_size, "its header");
+  if (header.size() > kMaxHeaderSize) body.fail("its header is larger than 8 MB");
+  container.header_json = std::string(header);
   for (std::uint32_t i = 0; i < array_count; ++i) {
     const auto name_size = body.integer<std::uint32_t>("an array's name");
     const std::string array_name(body.take(name_size, "an array's name"));

@@ -1,18 +1,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
-#include <numbers>
 
 #include "laban/base/error.h"
+#include "laban/base/huge_pages.h"
 #include "laban/io/bvh.h"
 
+#include "io/half_angle.h"
 #include "io/text_scanner.h"
 
 namespace laban::io {
 namespace {
-
-constexpr double kHalfDegree = std::numbers::pi / 360.0;
 
 // A joint whose positions never leave its OFFSET by more than this does not animate position:
 // exporters that write six channels everywhere repeat the OFFSET with float32 noise.
@@ -28,8 +28,14 @@ constexpr std::array<double, 5> kUnitsM = {1.0, 0.01, 0.001, 0.0254, 0.05644};
 constexpr std::array<double, 12> kCustomaryRatesHz = {24, 25,  30,  50,  60,  72,
                                                       90, 100, 120, 144, 200, 240};
 
-// Rotations that any file may ask for, however small it is; see check_size.
-constexpr std::size_t kFreeRotations = std::size_t{1} << 22U;
+// What the motion may take of memory: so much for each byte of the file, and so much for any file.
+// Three channels of one digit are 6 bytes, and 32 bytes a rotation; only a file whose joints mostly
+// have no channels gets there.
+constexpr double kMemoryPerByte = 12.0;
+constexpr double kFreeMemory = 32e6;
+
+// A clip counts its frames in an int.
+constexpr std::size_t kMostRows = std::numeric_limits<int>::max();
 
 enum class ChannelKind { kPosition, kRotation, kScale };
 
@@ -58,8 +64,9 @@ struct Hierarchy {
 
 struct Motion {
   double frame_rate_hz = 0.0;
-  std::size_t row_count = 0;
-  std::vector<double> values;  // row_count * column_count
+  Eigen::Matrix3Xd root_positions;            // metres
+  std::vector<Eigen::Quaterniond> rotations;  // rows * kept joints
+  Eigen::Matrix3Xd translations;              // as Clip's: empty if only the root leaves its OFFSET
 };
 
 std::optional<Channel> channel_of(std::string_view word) {
@@ -348,52 +355,298 @@ double read_frame_time(TextScanner& scanner, std::optional<double> override_hz) 
   return rate_of(frame_time_s, last_decimal(scanner.text_between(number_begin, scanner.offset())));
 }
 
+/// Where the values of a row go, joint by joint.
+struct RowLayout {
+  /// A channel that sets a coordinate of a joint's position.
+  struct Position {
+    std::size_t column = 0;
+    int axis = 0;
+  };
+  /// A joint's three axes in the order of its rotation channels; those it has no channel for last.
+  struct Rotation {
+    std::array<std::size_t, 3> columns = {};  // column_count: no channel, the angle is 0
+    std::array<int, 3> axes = {0, 1, 2};
+    double sign = 1.0;  // +1 if the axes are a cyclic shift of (x, y, z), else -1
+  };
+
+  std::vector<Rotation> rotations;               // of each kept joint
+  std::vector<std::vector<Position>> positions;  // of each kept joint
+  std::vector<std::size_t> movable;              // joints but the root that have position channels
+  std::vector<Eigen::Vector3d> offsets_m;        // of each kept joint
+};
+
+RowLayout::Rotation rotation_layout(const DraftJoint& joint, std::size_t no_column) {
+  RowLayout::Rotation rotation;
+  std::array<bool, 3> used = {};
+  std::size_t count = 0;
+  const auto add = [&](int axis, std::size_t column) {
+    rotation.axes[count] = axis;
+    rotation.columns[count] = column;
+    used[static_cast<std::size_t>(axis)] = true;
+    ++count;
+  };
+  for (std::size_t c = 0; joint.channels && c < joint.channels->size(); ++c) {
+    const Channel& channel = (*joint.channels)[c];
+    if (channel.kind == ChannelKind::kRotation) add(channel.axis, joint.first_column + c);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!used[static_cast<std::size_t>(axis)]) add(axis, no_column);
+  }
+  rotation.sign = (rotation.axes[0] + 1) % 3 == rotation.axes[1] ? 1.0 : -1.0;
+  return rotation;
+}
+
+RowLayout make_layout(const Hierarchy& hierarchy, double unit_m) {
+  RowLayout layout;
+  layout.positions.resize(hierarchy.kept);
+  for (std::size_t j = 0; j < hierarchy.kept; ++j) {
+    const DraftJoint& joint = hierarchy.joints[j];
+    layout.offsets_m.emplace_back(unit_m * *joint.offset);
+    layout.rotations.push_back(rotation_layout(joint, hierarchy.column_count));
+    for (std::size_t c = 0; joint.channels && c < joint.channels->size(); ++c) {
+      const Channel& channel = (*joint.channels)[c];
+      if (channel.kind != ChannelKind::kPosition) continue;
+      layout.positions[j].push_back({joint.first_column + c, channel.axis});
+    }
+    if (j > 0 && !layout.positions[j].empty()) layout.movable.push_back(j);
+  }
+  return layout;
+}
+
+/// Turns rows of values into a clip's rotations and positions as they are read, so that the values
+/// of a whole file are never held.
+class MotionBuilder {
+ public:
+  /// @param with_translations  keeps the positions of all joints; without it take_row() returns
+  ///                           false as soon as a joint but the root leaves its OFFSET.
+  MotionBuilder(const RowLayout& layout, std::size_t column_count, double unit_m,
+                bool with_translations)
+      : layout_(layout),
+        joints_(layout.rotations.size()),
+        unit_m_(unit_m),
+        with_translations_(with_translations),
+        row_(column_count + 1, 0.0),
+        moves_(joints_, false),
+        angles_(3 * joints_),
+        sines_(3 * joints_),
+        cosines_(3 * joints_) {}
+
+  /// The values of the next row; its last element, beyond the columns, is 0 and stays so.
+  [[nodiscard]] std::vector<double>& row() noexcept { return row_; }
+  [[nodiscard]] std::size_t row_count() const noexcept { return row_count_; }
+
+  /// Bytes that so many rows take.
+  [[nodiscard]] double bytes_of(std::size_t rows) const {
+    const double cell = sizeof(Eigen::Quaterniond) + (with_translations_ ? kPositionSize : 0.0);
+    return static_cast<double>(rows) * (static_cast<double>(joints_) * cell + kPositionSize);
+  }
+  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+  void reserve(std::size_t rows) {
+    capacity_ = rows;
+    const auto columns = static_cast<Eigen::Index>(rows);
+    motion_.rotations.reserve(rows * joints_);
+    base::prefer_huge_pages(motion_.rotations.data(), rows * joints_ * sizeof(Eigen::Quaterniond));
+    motion_.root_positions.conservativeResize(3, columns);
+    if (with_translations_) {
+      motion_.translations.conservativeResize(3, columns * static_cast<Eigen::Index>(joints_));
+    }
+  }
+
+  /// Takes row() as the next row, for which there is room. False: a joint leaves its OFFSET, and
+  /// this builder does not keep it.
+  [[nodiscard]] bool take_row() {
+    add_rotations();
+    if (!add_positions()) return false;
+    ++row_count_;
+    return true;
+  }
+
+  [[nodiscard]] Motion finish() {
+    reserve(row_count_);
+    for (std::size_t j = 0; with_translations_ && j < joints_; ++j) {
+      if (j > 0 && !moves_[j]) hold_still(j);
+    }
+    return std::move(motion_);
+  }
+
+ private:
+  static constexpr double kPositionSize = 3 * sizeof(double);
+
+  void add_rotations() {
+    for (std::size_t j = 0; j < joints_; ++j) {
+      for (std::size_t n = 0; n < 3; ++n) {
+        const double degrees = row_[layout_.rotations[j].columns[n]];
+        // Two whole turns are the period of a half-angle's sine; remainder is exact.
+        angles_[3 * j + n] =
+            std::abs(degrees) <= kLargestDegrees ? degrees : std::remainder(degrees, 720.0);
+      }
+    }
+    half_angle_sin_cos(angles_, sines_, cosines_);
+    const std::size_t first = motion_.rotations.size();
+    motion_.rotations.resize(first + joints_);
+    for (std::size_t j = 0; j < joints_; ++j) {
+      compose(layout_.rotations[j], &sines_[3 * j], &cosines_[3 * j],
+              motion_.rotations[first + j].coeffs());
+    }
+  }
+
+  // (c0 + s0 e0) (c1 + s1 e1) (c2 + s2 e2), where e0 e1 = sign e2 and so on.
+  static void compose(const RowLayout::Rotation& rotation, const double* s, const double* c,
+                      Eigen::Vector4d& xyzw) {
+    const double cc = c[0] * c[1];
+    const double ss = rotation.sign * (s[0] * s[1]);
+    const double sc = s[0] * c[1];
+    const double cs = c[0] * s[1];
+    xyzw[rotation.axes[0]] = sc * c[2] + rotation.sign * (cs * s[2]);
+    xyzw[rotation.axes[1]] = cs * c[2] - rotation.sign * (sc * s[2]);
+    xyzw[rotation.axes[2]] = cc * s[2] + ss * c[2];
+    xyzw[3] = cc * c[2] - ss * s[2];
+  }
+
+  [[nodiscard]] Eigen::Vector3d position(std::size_t joint) const {
+    Eigen::Vector3d result = layout_.offsets_m[joint];
+    for (const RowLayout::Position& channel : layout_.positions[joint]) {
+      result[channel.axis] = unit_m_ * row_[channel.column];
+    }
+    return result;
+  }
+
+  [[nodiscard]] bool add_positions() {
+    const auto row = static_cast<Eigen::Index>(row_count_);
+    const Eigen::Index cell = row * static_cast<Eigen::Index>(joints_);
+    const Eigen::Vector3d root = position(0);
+    motion_.root_positions.col(row) = root;
+    if (with_translations_) {
+      for (std::size_t j = 0; j < joints_; ++j) {
+        motion_.translations.col(cell + static_cast<Eigen::Index>(j)) = layout_.offsets_m[j];
+      }
+      motion_.translations.col(cell) = root;
+    }
+    for (const std::size_t j : layout_.movable) {
+      const Eigen::Vector3d now = position(j);
+      if ((now - layout_.offsets_m[j]).norm() > kStillM) {
+        if (!with_translations_) return false;
+        moves_[j] = true;
+      }
+      if (with_translations_) motion_.translations.col(cell + static_cast<Eigen::Index>(j)) = now;
+    }
+    return true;
+  }
+
+  /// Puts a joint that never leaves its OFFSET exactly onto it.
+  void hold_still(std::size_t joint) {
+    const auto stride = static_cast<Eigen::Index>(joints_);
+    for (auto cell = static_cast<Eigen::Index>(joint); cell < motion_.translations.cols();
+         cell += stride) {
+      motion_.translations.col(cell) = layout_.offsets_m[joint];
+    }
+  }
+
+  const RowLayout& layout_;
+  std::size_t joints_;
+  double unit_m_;
+  bool with_translations_;
+  std::vector<double> row_;
+  std::vector<bool> moves_;  // joints that ever leave their OFFSET
+  std::vector<double> angles_;
+  std::vector<double> sines_;
+  std::vector<double> cosines_;
+  std::size_t row_count_ = 0;
+  std::size_t capacity_ = 0;
+  Motion motion_;
+};
+
 /// Reads rows of values up to the end. A row begins and ends with a line; it may take several lines
 /// only if the first row does, else a short row would swallow the next.
 class RowReader {
  public:
-  RowReader(TextScanner& scanner, std::size_t column_count)
-      : scanner_(scanner), column_count_(column_count) {}
+  /// @param file_size  bytes of the whole file.
+  RowReader(TextScanner& scanner, std::size_t column_count, std::size_t file_size,
+            MotionBuilder& builder)
+      : scanner_(scanner),
+        column_count_(column_count),
+        file_size_(file_size),
+        rows_begin_(scanner.offset()),
+        builder_(builder) {}
 
-  void read(Motion& motion) {
-    std::vector<double>& values = motion.values;
+  /// False if the builder has given up.
+  /// @param claimed_rows  what the file says; it is a claim.
+  [[nodiscard]] bool read(double claimed_rows) {
+    // A value takes at least two bytes, so no more than that is set aside for it.
+    const std::size_t possible = (file_size_ - rows_begin_) / (2 * column_count_) + 1;
+    const double rows = std::clamp(claimed_rows, 1.0, static_cast<double>(possible));
+    if (is_affordable(builder_.bytes_of(static_cast<std::size_t>(rows)))) {
+      builder_.reserve(static_cast<std::size_t>(rows));
+    }
+    std::vector<double>& row = builder_.row();
     for (;;) {
       scanner_.skip_blanks();
       const char next = scanner_.peek();
       if (next == '\n' || next == '\r' || scanner_.at_end()) {
-        end_line(values.size());
+        if (!end_line()) return false;
         if (scanner_.at_end()) break;
         scanner_.skip();
       } else {
-        if (values.size() - row_begin_ == column_count_) first_extra_ = scanner_.offset();
-        values.push_back(scanner_.number());
+        if (in_row_ == column_count_) first_extra_ = scanner_.offset();
+        const double value = scanner_.number();
+        if (in_row_ < column_count_) row[in_row_] = value;
+        ++in_row_;
         value_end_ = scanner_.offset();
       }
     }
-    if (values.size() != row_begin_) fail_short(values.size() - row_begin_, value_end_);
-    motion.row_count = rows_;
+    if (in_row_ != 0) fail_short(in_row_, value_end_);
+    return true;
   }
 
  private:
-  void end_line(std::size_t value_count) {
-    const std::size_t in_row = value_count - row_begin_;
-    if (in_row == line_begin_ - row_begin_) return;  // a blank line
-    if (line_begin_ == row_begin_) {
-      first_line_count_ = in_row;
+  /// False if the builder has given up.
+  [[nodiscard]] bool end_line() {
+    if (in_row_ == line_begin_) return true;  // a blank line
+    if (line_begin_ == 0) {
+      first_line_count_ = in_row_;
       first_line_end_ = value_end_;
     }
-    line_begin_ = value_count;
-    if (in_row == column_count_) {
-      if (rows_ == 0) wrapped_ = first_line_count_ != column_count_;
-      ++rows_;
-      row_begin_ = value_count;
-    } else if (in_row > column_count_ && first_line_count_ < column_count_) {
-      fail_short(first_line_count_, first_line_end_);
-    } else if (in_row > column_count_) {
-      scanner_.fail_at(first_extra_, expected() + std::to_string(in_row));
-    } else if (rows_ > 0 && !wrapped_) {
-      fail_short(in_row, value_end_);
+    line_begin_ = in_row_;
+    if (in_row_ == column_count_) return end_row();
+    if (in_row_ > column_count_) {
+      if (first_line_count_ < column_count_) fail_short(first_line_count_, first_line_end_);
+      scanner_.fail_at(first_extra_, expected() + std::to_string(in_row_));
     }
+    if (builder_.row_count() > 0 && !wrapped_) fail_short(in_row_, value_end_);
+    return true;
+  }
+
+  [[nodiscard]] bool end_row() {
+    if (builder_.row_count() == 0) wrapped_ = first_line_count_ != column_count_;
+    if (builder_.row_count() == builder_.capacity()) make_room();
+    in_row_ = 0;
+    line_begin_ = 0;
+    return builder_.take_row();
+  }
+
+  [[nodiscard]] bool is_affordable(double bytes) const {
+    return bytes <= kMemoryPerByte * static_cast<double>(file_size_) + kFreeMemory;
+  }
+
+  /// More rows than Frames says: room for as many as there will be if they go on being as long.
+  void make_room() {
+    const std::size_t rows = builder_.row_count();
+    const auto read = static_cast<double>(scanner_.offset() - rows_begin_);
+    const auto all = static_cast<double>(file_size_ - rows_begin_);
+    const double expected_rows = 1.02 * static_cast<double>(rows + 1) * all / read;
+    std::size_t capacity = std::max(rows + 1, static_cast<std::size_t>(expected_rows));
+    // Both are held while one is copied to the other.
+    const double held = builder_.bytes_of(rows);
+    if (!is_affordable(held + builder_.bytes_of(capacity))) capacity = rows + rows / 8 + 1;
+    if (capacity > kMostRows || !is_affordable(held + builder_.bytes_of(capacity))) fail_large();
+    builder_.reserve(capacity);
+  }
+
+  /// Joints without channels cost a row nothing in the file but a rotation each in memory.
+  [[noreturn]] void fail_large() const {
+    scanner_.fail_at(scanner_.offset(),
+                     "the motion takes more memory than is read from a file of this size; remove "
+                     "the joints without channels");
   }
 
   [[nodiscard]] std::string expected() const {
@@ -405,9 +658,11 @@ class RowReader {
 
   TextScanner& scanner_;
   std::size_t column_count_;
-  std::size_t rows_ = 0;
-  std::size_t row_begin_ = 0;         // values before the current row
-  std::size_t line_begin_ = 0;        // values before the current line
+  std::size_t file_size_;
+  std::size_t rows_begin_;
+  MotionBuilder& builder_;
+  std::size_t in_row_ = 0;            // values of the current row so far
+  std::size_t line_begin_ = 0;        // of them, before the current line
   std::size_t first_line_count_ = 0;  // values in the first line of the current row
   std::size_t first_line_end_ = 0;    // where it ends
   std::size_t value_end_ = 0;         // where the last value ends
@@ -415,41 +670,58 @@ class RowReader {
   bool wrapped_ = false;
 };
 
-Motion read_motion(TextScanner& scanner, std::string_view text, const Hierarchy& hierarchy,
-                   std::optional<double> override_hz, Warnings& warnings) {
+/// What stands between MOTION and the rows.
+struct MotionHead {
+  std::size_t begin = 0;  // of Frames
+  double frames = 0.0;
+  std::string frames_text;
+  double frame_rate_hz = 0.0;
+};
+
+MotionHead read_motion_head(TextScanner& scanner, std::optional<double> override_hz) {
+  MotionHead head;
   scanner.skip_space();
-  const std::size_t begin = scanner.offset();
+  head.begin = scanner.offset();
   if (!scanner.accept_label("frames")) {
-    scanner.fail_at(begin, "expected 'Frames:' and the number of frames after MOTION");
+    scanner.fail_at(head.begin, "expected 'Frames:' and the number of frames after MOTION");
   }
   scanner.skip_blanks();
   const std::size_t number_begin = scanner.offset();
-  const double frames = scanner.number();
-  const std::string frames_text(scanner.text_between(number_begin, scanner.offset()));
-  Motion motion;
-  motion.frame_rate_hz = read_frame_time(scanner, override_hz);
-  // Frames is a claim: a value takes at least two bytes, so no more than that is set aside for it.
-  const double claimed = std::max(0.0, frames) * static_cast<double>(hierarchy.column_count);
-  const std::size_t possible_count = (text.size() - scanner.offset()) / 2 + 1;
-  const auto possible = static_cast<double>(possible_count);
-  motion.values.reserve(static_cast<std::size_t>(std::min(claimed, possible)));
-  RowReader(scanner, hierarchy.column_count).read(motion);
-  if (motion.row_count == 0) scanner.fail_at(begin, "there is no row of values, so no motion");
-  if (frames != static_cast<double>(motion.row_count)) {
-    warnings.add_once("frames", begin,
-                      "Frames says " + frames_text + ", but there are " +
-                          std::to_string(motion.row_count) + " rows of values; these are read");
+  head.frames = scanner.number();
+  // Fewer than it says may be a file cut short; this is no count at all.
+  if (head.frames > static_cast<double>(kMostRows)) {
+    scanner.fail_at(number_begin, "Frames must be at most " + std::to_string(kMostRows) +
+                                      "; give the number of rows");
   }
-  return motion;
+  head.frames_text = scanner.text_between(number_begin, scanner.offset());
+  head.frame_rate_hz = read_frame_time(scanner, override_hz);
+  return head;
 }
 
-/// Joints without channels cost a row nothing in the file but a rotation each in memory.
-void check_size(const TextScanner& scanner, std::size_t rows, std::size_t joints,
-                std::size_t bytes) {
-  if (rows <= std::max(kFreeRotations, bytes) / joints) return;
-  scanner.fail_at(0, std::to_string(rows) + " rows of " + std::to_string(joints) +
-                         " joints, most without channels, are more than is read from a file of "
-                         "this size; remove the joints without channels");
+Motion read_motion(TextScanner& scanner, std::size_t file_size, const Hierarchy& hierarchy,
+                   double unit_m, std::optional<double> override_hz, Warnings& warnings) {
+  const MotionHead head = read_motion_head(scanner, override_hz);
+  const std::size_t rows_begin = scanner.offset();
+  const RowLayout layout = make_layout(hierarchy, unit_m);
+  // Most joints with position channels repeat their OFFSET. Positions are kept only if one does
+  // not, which most often shows in the first row, and then the rows are read again.
+  for (const bool with_translations : {false, true}) {
+    scanner.seek(rows_begin);
+    MotionBuilder builder(layout, hierarchy.column_count, unit_m, with_translations);
+    if (!RowReader(scanner, hierarchy.column_count, file_size, builder).read(head.frames)) continue;
+    const std::size_t rows = builder.row_count();
+    if (rows == 0) scanner.fail_at(head.begin, "there is no row of values, so no motion");
+    if (head.frames != static_cast<double>(rows)) {
+      warnings.add_once("frames", head.begin,
+                        "Frames says " + head.frames_text + ", but there are " +
+                            std::to_string(rows) + " rows of values; these are read");
+    }
+    Motion motion = builder.finish();
+    motion.frame_rate_hz = head.frame_rate_hz;
+    return motion;
+  }
+  LABAN_CHECK(false);
+  return {};
 }
 
 /// The longest sum of offset lengths from the first joint with two children or more (else the root)
@@ -498,94 +770,6 @@ std::shared_ptr<const motion::Skeleton> make_skeleton(const Hierarchy& hierarchy
   return std::make_shared<const motion::Skeleton>(std::move(joints));
 }
 
-/// q * (rotation by `degrees` about an axis).
-void rotate(Eigen::Quaterniond& q, int axis, double degrees) {
-  const double c = std::cos(kHalfDegree * degrees);
-  const double s = std::sin(kHalfDegree * degrees);
-  const Eigen::Index a = axis;
-  const Eigen::Index b = (axis + 1) % 3;
-  const Eigen::Index d = (axis + 2) % 3;
-  const Eigen::Vector4d v = q.coeffs();  // x, y, z, w
-  q.coeffs()[a] = v[a] * c + v[3] * s;
-  q.coeffs()[b] = v[b] * c + v[d] * s;
-  q.coeffs()[d] = v[d] * c - v[b] * s;
-  q.coeffs()[3] = v[3] * c - v[a] * s;
-}
-
-std::vector<Eigen::Quaterniond> make_rotations(const Hierarchy& hierarchy, const Motion& motion) {
-  std::vector<Eigen::Quaterniond> rotations(motion.row_count * hierarchy.kept,
-                                            Eigen::Quaterniond::Identity());
-  std::size_t cell = 0;
-  for (std::size_t row = 0; row < motion.row_count; ++row) {
-    const double* const values = motion.values.data() + row * hierarchy.column_count;
-    for (std::size_t j = 0; j < hierarchy.kept; ++j, ++cell) {
-      const DraftJoint& joint = hierarchy.joints[j];
-      if (!joint.channels) continue;
-      const double* value = values + joint.first_column;
-      for (const Channel& channel : *joint.channels) {
-        if (channel.kind == ChannelKind::kRotation) rotate(rotations[cell], channel.axis, *value);
-        ++value;
-      }
-    }
-  }
-  return rotations;
-}
-
-bool animates_position(const DraftJoint& joint) {
-  return joint.channels &&
-         std::any_of(joint.channels->begin(), joint.channels->end(),
-                     [](const Channel& channel) { return channel.kind == ChannelKind::kPosition; });
-}
-
-/// 3 x rows, metres: a joint's position channels, and its OFFSET on axes that have none.
-Eigen::Matrix3Xd positions_of(const Hierarchy& hierarchy, const Motion& motion, std::size_t index,
-                              double unit_m) {
-  const DraftJoint& joint = hierarchy.joints[index];
-  Eigen::Matrix3Xd positions =
-      (unit_m * *joint.offset).replicate(1, static_cast<Eigen::Index>(motion.row_count));
-  if (!joint.channels) return positions;
-  for (std::size_t c = 0; c < joint.channels->size(); ++c) {
-    const Channel& channel = (*joint.channels)[c];
-    if (channel.kind != ChannelKind::kPosition) continue;
-    const double* value = motion.values.data() + joint.first_column + c;
-    for (Eigen::Index row = 0; row < positions.cols(); ++row) {
-      positions(channel.axis, row) =
-          unit_m * value[static_cast<std::size_t>(row) * hierarchy.column_count];
-    }
-  }
-  return positions;
-}
-
-/// 3 x rows * joints of joints that leave their OFFSET, or empty if only the root does.
-Eigen::Matrix3Xd make_translations(const Hierarchy& hierarchy, const Motion& motion, double unit_m,
-                                   const Eigen::Matrix3Xd& root_positions) {
-  const auto joints = static_cast<Eigen::Index>(hierarchy.kept);
-  const auto rows = static_cast<Eigen::Index>(motion.row_count);
-  Eigen::Matrix3Xd translations;
-  for (Eigen::Index j = 1; j < joints; ++j) {
-    const DraftJoint& joint = hierarchy.joints[static_cast<std::size_t>(j)];
-    if (!animates_position(joint)) continue;
-    const Eigen::Vector3d offset = unit_m * *joint.offset;
-    const Eigen::Matrix3Xd positions =
-        positions_of(hierarchy, motion, static_cast<std::size_t>(j), unit_m);
-    if ((positions.colwise() - offset).colwise().norm().maxCoeff() <= kStillM) continue;
-    if (translations.cols() == 0) {
-      Eigen::Matrix3Xd rest(3, joints);
-      for (Eigen::Index i = 0; i < joints; ++i) {
-        rest.col(i) = unit_m * *hierarchy.joints[static_cast<std::size_t>(i)].offset;
-      }
-      translations = rest.replicate(1, rows);
-      for (Eigen::Index row = 0; row < rows; ++row) {
-        translations.col(row * joints) = root_positions.col(row);
-      }
-    }
-    for (Eigen::Index row = 0; row < rows; ++row) {
-      translations.col(row * joints + j) = positions.col(row);
-    }
-  }
-  return translations;
-}
-
 }  // namespace
 
 std::vector<std::string> BvhReadOptions::problems() const {
@@ -606,14 +790,12 @@ BvhFile read_bvh(std::string_view text, std::string_view name, const BvhReadOpti
   TextScanner scanner(text, name);
   Warnings warnings(scanner);
   const Hierarchy hierarchy = HierarchyReader(scanner, warnings).read();
-  const Motion motion = read_motion(scanner, text, hierarchy, options.frame_rate_hz, warnings);
-  check_size(scanner, motion.row_count, hierarchy.kept, text.size());
   const double unit_m = options.unit_m ? *options.unit_m : guess_unit_m(hierarchy, warnings);
-  std::shared_ptr<const motion::Skeleton> skeleton = make_skeleton(hierarchy, unit_m);
-  Eigen::Matrix3Xd root_positions = positions_of(hierarchy, motion, 0, unit_m);
-  Eigen::Matrix3Xd translations = make_translations(hierarchy, motion, unit_m, root_positions);
-  return {motion::Clip(std::move(skeleton), motion.frame_rate_hz, std::move(root_positions),
-                       make_rotations(hierarchy, motion), std::move(translations)),
+  Motion motion =
+      read_motion(scanner, text.size(), hierarchy, unit_m, options.frame_rate_hz, warnings);
+  return {motion::Clip(make_skeleton(hierarchy, unit_m), motion.frame_rate_hz,
+                       std::move(motion.root_positions), std::move(motion.rotations),
+                       std::move(motion.translations)),
           unit_m, !options.unit_m.has_value(), warnings.take()};
 }
 

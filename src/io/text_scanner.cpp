@@ -1,101 +1,17 @@
 #include "io/text_scanner.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
-#include <cstdlib>
 
 #include "laban/base/error.h"
 
 namespace laban::io {
-namespace {
-
-// No capture has such a number: it is damage, and its square would not be finite for long.
-constexpr double kLargestNumber = 1e30;
-
-constexpr bool is_blank(char c) {
-  return c == ' ' || c == '\t' || c == '\v' || c == '\f';
-}
-
-constexpr bool is_line_end(char c) {
-  return c == '\n' || c == '\r';
-}
-
-constexpr bool is_brace(char c) {
-  return c == '{' || c == '}';
-}
-
-constexpr bool ends_word(char c) {
-  return is_blank(c) || is_line_end(c) || is_brace(c);
-}
-
-constexpr char lower(char c) {
-  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
-constexpr bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-
-/// A number of plain decimals and where it ends; `last` is null if it is none that is exact here.
-struct Decimal {
-  double value = 0.0;
-  const char* last = nullptr;
-};
-
-/// Reads [-]digits[.digits][e[-]digits] with at most 15 digits and a power of ten within 10^+-22,
-/// faster than std::from_chars: whole number and power of ten are then exact doubles, so their
-/// product or quotient is correctly rounded.
-Decimal read_short_decimal(const char* first, const char* end) {
-  constexpr std::array<double, 23> kPowersOfTen = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                   1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                                   1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-  const char* at = first;
-  const bool negative = at != end && *at == '-';
-  if (negative) ++at;
-  std::uint64_t whole = 0;
-  const char* const digits = at;
-  for (; at != end && is_digit(*at); ++at) whole = 10 * whole + static_cast<unsigned>(*at - '0');
-  std::ptrdiff_t digit_count = at - digits;
-  std::ptrdiff_t decimals = 0;
-  if (at != end && *at == '.') {
-    const char* const fraction = ++at;
-    for (; at != end && is_digit(*at); ++at) whole = 10 * whole + static_cast<unsigned>(*at - '0');
-    decimals = at - fraction;
-    digit_count += decimals;
-  }
-  std::ptrdiff_t power = -decimals;
-  if (at != end && lower(*at) == 'e') {
-    const bool below_one = ++at != end && *at == '-';
-    if (below_one) ++at;
-    const char* const exponent = at;
-    std::ptrdiff_t value = 0;
-    for (; at != end && is_digit(*at) && at - exponent < 3; ++at) value = 10 * value + (*at - '0');
-    if (at == exponent) return {};
-    power += below_one ? -value : value;
-  }
-  const bool is_exact = digit_count >= 1 && digit_count <= 15 &&  // more may have wrapped around
-                        power >= -22 && power <= 22;
-  if (!is_exact || (at != end && !ends_word(*at))) return {};
-  const double scale = kPowersOfTen[static_cast<std::size_t>(std::abs(power))];
-  const auto digits_value = static_cast<double>(whole);
-  const double value = power < 0 ? digits_value / scale : digits_value * scale;
-  return {negative ? -value : value, at};
-}
-
-}  // namespace
-
 TextScanner::TextScanner(std::string_view text, std::string_view name) : text_(text), name_(name) {
   if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) {
     fail_at(0, "the text is UTF-16; save it as UTF-8");
   }
   if (text_.starts_with("\xEF\xBB\xBF")) offset_ = 3;
-}
-
-void TextScanner::skip_blanks() noexcept {
-  while (!at_end() && is_blank(text_[offset_])) ++offset_;
 }
 
 void TextScanner::skip_space() noexcept {
@@ -128,7 +44,7 @@ bool TextScanner::accept_label(std::string_view label) {
   for (const char c : label) {
     if (c == ' ') {
       skip_blanks();
-    } else if (lower(peek()) == lower(c)) {
+    } else if (to_lower(peek()) == to_lower(c)) {
       ++offset_;
     } else {
       offset_ = begin;
@@ -140,15 +56,10 @@ bool TextScanner::accept_label(std::string_view label) {
   return true;
 }
 
-double TextScanner::number() {
+double TextScanner::any_number() {
   const std::size_t begin = offset_;
   const char* const end = text_.data() + text_.size();
   const char* first = text_.data() + begin;
-  const Decimal decimal = read_short_decimal(first, end);
-  if (decimal.last != nullptr && std::abs(decimal.value) <= kLargestNumber) {
-    offset_ = static_cast<std::size_t>(decimal.last - text_.data());
-    return decimal.value;
-  }
   // from_chars knows no plus sign.
   if (first != end && *first == '+' && first + 1 != end && first[1] != '-') ++first;
   double value = 0.0;
@@ -173,7 +84,7 @@ void TextScanner::fail_number(std::size_t begin) const {
   if (found.empty()) fail_at(begin, "expected a number, found " + quoted(text_.substr(begin, 1)));
   const bool may_be_number = std::all_of(found.begin(), found.end(), [](char c) {
     return (c >= '0' && c <= '9') || c == ',' || c == '.' || c == '-' || c == '+' ||
-           lower(c) == 'e';
+           to_lower(c) == 'e';
   });
   if (may_be_number && found.find(',') != found.npos) {
     fail_at(begin, quoted(found) + " has a decimal comma; write it with a point");
@@ -209,8 +120,9 @@ void TextScanner::fail_at(std::size_t offset, const std::string& message) const 
 }
 
 bool equal_but_for_case(std::string_view a, std::string_view b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(),
-                                            [](char x, char y) { return lower(x) == lower(y); });
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
+           return to_lower(x) == to_lower(y);
+         });
 }
 
 std::string quoted(std::string_view text) {

@@ -1,10 +1,16 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <string_view>
 
+#include "io/short_decimal.h"
+
 namespace laban::io {
+
+/// No capture has a larger number: it is damage, and its square would not be finite for long.
+inline constexpr double kLargestNumber = 1e30;
 
 /// Walks over the text of a motion file and says where it is wrong. Locale-free; opens no file and
 /// keeps views only, so the text must outlive it.
@@ -19,9 +25,13 @@ class TextScanner {
   /// The next character; '\0' at the end.
   [[nodiscard]] char peek() const noexcept { return at_end() ? '\0' : text_[offset_]; }
   void skip() noexcept { ++offset_; }
+  /// Goes back to an offset.
+  void seek(std::size_t offset) noexcept { offset_ = offset; }
 
   /// Skips spaces and tabs.
-  void skip_blanks() noexcept;
+  void skip_blanks() noexcept {
+    while (!at_end() && is_blank(text_[offset_])) ++offset_;
+  }
   /// Skips spaces, tabs and line ends.
   void skip_space() noexcept;
 
@@ -35,7 +45,16 @@ class TextScanner {
   [[nodiscard]] bool accept_label(std::string_view label);
   /// The finite number at this very place: decimal or scientific, ".5", "5." and "+5" too. It must
   /// end at space, a brace or the end.
-  [[nodiscard]] double number();
+  [[nodiscard]] double number() {
+    // Inline: a capture is millions of short decimals.
+    const char* const text = text_.data();
+    const Decimal decimal = read_short_decimal(text + offset_, text + text_.size());
+    if (decimal.last == nullptr || !(std::abs(decimal.value) <= kLargestNumber)) {
+      return any_number();
+    }
+    offset_ = static_cast<std::size_t>(decimal.last - text);
+    return decimal.value;
+  }
 
   /// What was read between two offsets.
   [[nodiscard]] std::string_view text_between(std::size_t begin, std::size_t end) const {
@@ -48,6 +67,8 @@ class TextScanner {
   [[noreturn]] void fail_at(std::size_t offset, const std::string& message) const;
 
  private:
+  /// What number() does not know as a short decimal.
+  [[nodiscard]] double any_number();
   [[noreturn]] void fail_number(std::size_t begin) const;
 
   std::string_view text_;

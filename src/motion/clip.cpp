@@ -43,16 +43,18 @@ Clip::Clip(std::shared_ptr<const Skeleton> skeleton, double frame_rate_hz,
                                       std::to_string(translations_.cols()));
   }
   for (int f = 0; f < frames; ++f) {
+    Eigen::Quaterniond* const now = rotations_.data() + static_cast<std::ptrdiff_t>(f) * joints;
+    const Eigen::Quaterniond* const before = f > 0 ? now - joints : now;
     for (int j = 0; j < joints; ++j) {
-      const auto cell = static_cast<std::size_t>(f) * static_cast<std::size_t>(joints) +
-                        static_cast<std::size_t>(j);
-      Eigen::Quaterniond& q = rotations_[cell];
-      if (!(std::abs(q.squaredNorm() - 1.0) <= 1e-9)) {
+      if (!(std::abs(now[j].squaredNorm() - 1.0) <= 1e-9)) {
         throw Error(ErrorKind::kData,
                     place(f, j, *skeleton_) + "the rotation is not a unit quaternion");
       }
-      if (f > 0) q = math::same_hemisphere(q, rotation(f - 1, j));
-      if (!translation(f, j).allFinite()) {
+      // math::same_hemisphere, which is a call a cell.
+      if (now[j].dot(before[j]) < 0.0) now[j].coeffs() = -now[j].coeffs();
+      // Rest offsets are finite, the skeleton says.
+      const bool moves = j == 0 || has_translations();
+      if (moves && !translation(f, j).allFinite()) {
         throw Error(ErrorKind::kData, place(f, j, *skeleton_) + "the position is not finite");
       }
     }

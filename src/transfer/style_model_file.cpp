@@ -30,6 +30,52 @@ Eigen::MatrixXd to_matrix(const Array& array) {
   return Eigen::Map<const Eigen::MatrixXd>(array.values.data(), array.rows, array.cols);
 }
 
+// What a header may be: far above what is written, far below what would overflow the stack of
+// ordered_json::dump, which recurses, or keep ordered_json, which looks a key up among all others,
+// busy for seconds.
+constexpr std::size_t kMaxHeaderDepth = 64;
+constexpr std::size_t kMaxHeaderKeys = 4096;
+
+// Angles are radians within a few turns, the rest metres and metres a frame.
+constexpr double kMaxPoseValue = 1e6;
+
+/// Goes through JSON text without keeping it and stops where it is too deep or an object has too
+/// many keys.
+class HeaderLimits : public nlohmann::json_sax<ordered_json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool start_object(std::size_t) override { return open(); }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override { return open(); }
+  bool end_array() override { return close(); }
+  bool key(string_t&) override { return ++key_counts_.back() <= kMaxHeaderKeys; }
+  // Malformed text is reported by the parse that follows.
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override {
+    malformed_ = true;
+    return false;
+  }
+  [[nodiscard]] bool malformed() const noexcept { return malformed_; }
+
+ private:
+  bool open() {
+    key_counts_.push_back(0);
+    return key_counts_.size() <= kMaxHeaderDepth;
+  }
+  bool close() {
+    key_counts_.pop_back();
+    return true;
+  }
+
+  std::vector<std::size_t> key_counts_;  // of the objects and arrays that are open
+  bool malformed_ = false;
+};
+
 /// Reads the parts of one model file; every rule that a part breaks is told with the file's name.
 class Reader {
  public:
@@ -58,6 +104,13 @@ class Reader {
   std::string_view name_;
 };
 
+ordered_json parse_header(const Reader& reader, const std::string& text) {
+  HeaderLimits limits;
+  reader.require(ordered_json::sax_parse(text, &limits) || limits.malformed(),
+                 "its header is nested more than 64 deep or has more than 4096 keys in one object");
+  return ordered_json::parse(text);
+}
+
 std::string pose_key(std::size_t index) {
   return "fragment." + std::to_string(index);
 }
@@ -80,13 +133,14 @@ void save_fragments(const StyleModel& model, Container& container, ordered_json&
 std::vector<Fragment> load_fragments(const Reader& reader, const ordered_json& header) {
   std::vector<Fragment> fragments;
   const double rate = header.at("frame_rate_hz").get<double>();
-  reader.require(rate > 0.0 && std::isfinite(rate), "the frame rate must be positive");
+  reader.require(rate > 0.0 && rate <= 1e6, "the frame rate must be positive and at most 1e6 Hz");
   for (const ordered_json& entry : header.at("fragments")) {
     const Eigen::MatrixXd rows =
         reader.matrix(pose_key(fragments.size()), motion::kAngleRowCount + 4);
     reader.require(rows.cols() > 0, "a fragment has no frames");
+    reader.require(rows.cwiseAbs().maxCoeff() <= kMaxPoseValue, "a fragment holds no poses");
     const double leg = entry.at("leg_length_m").get<double>();
-    reader.require(leg > 0.0 && std::isfinite(leg), "a leg length must be positive");
+    reader.require(leg > 0.0 && leg <= kMaxPoseValue, "a leg length must be positive, in metres");
     const auto effort = entry.at("effort").get<std::array<double, 3>>();
     fragments.push_back({entry.at("name").get<std::string>(),
                          entry.at("content").get<std::string>(),
@@ -113,15 +167,20 @@ Eigen::MatrixXd neighbor_matrix(const std::vector<std::vector<int>>& neighbors) 
   return matrix;
 }
 
-std::vector<std::vector<int>> load_neighbors(const Reader& reader, const Eigen::MatrixXd& matrix,
-                                             int count) {
-  std::vector<std::vector<int>> neighbors(static_cast<std::size_t>(count));
-  for (Eigen::Index i = 0; i < matrix.cols(); ++i) {
-    for (Eigen::Index k = 0; k < matrix.rows() && matrix(k, i) >= 0.0; ++k) {
-      reader.require(matrix(k, i) < count, "a neighbour is out of range");
-      neighbors[static_cast<std::size_t>(i)].push_back(static_cast<int>(matrix(k, i)));
+std::vector<std::vector<int>> load_neighbors(const Reader& reader, const std::vector<int>& contents,
+                                             const Eigen::MatrixXd& matrix) {
+  reader.require(matrix.cols() == std::ssize(contents), "its neighbours do not fit its fragments");
+  std::vector<std::vector<int>> neighbors(contents.size());
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    const auto column = matrix.col(static_cast<Eigen::Index>(i));
+    for (Eigen::Index k = 0; k < column.size() && column[k] >= 0.0; ++k) {
+      reader.require(column[k] < static_cast<double>(contents.size()),
+                     "a neighbour is out of range");
+      const auto neighbor = static_cast<std::size_t>(column[k]);
+      reader.require(contents[neighbor] == contents[i], "a neighbour has another content");
+      neighbors[i].push_back(static_cast<int>(neighbor));
     }
-    reader.require(!neighbors[static_cast<std::size_t>(i)].empty(), "a fragment has no neighbours");
+    reader.require(!neighbors[i].empty(), "a fragment has no neighbours");
   }
   return neighbors;
 }
@@ -157,18 +216,19 @@ align::ContentMetric load_metric(const Reader& reader, const Container& containe
 
 StyleModel read_parts(const Container& container, std::string_view name) {
   const Reader reader(container, name);
-  const ordered_json header = ordered_json::parse(container.header_json);
+  const ordered_json header = parse_header(reader, container.header_json);
   std::vector<Fragment> fragments = load_fragments(reader, header);
-  const int count = static_cast<int>(fragments.size());
   Numbering contents = number_contents(fragments);
   const auto groups = static_cast<Eigen::Index>(contents.names.size());
   align::FragmentSet database(load_metric(reader, container, header), poses_of(fragments),
                               contents.numbers, number_performers(fragments).numbers);
-  auto neighbors = load_neighbors(reader, to_matrix(container.array("neighbors")), count);
-  reader.require(to_matrix(container.array("neighbors")).cols() == count,
-                 "its neighbours do not fit its fragments");
+  auto neighbors =
+      load_neighbors(reader, contents.numbers, to_matrix(container.array("neighbors")));
   effort::ContentMap content_map = effort::ContentMap::load(container, "content_map");
   std::vector<Eigen::VectorXd> coordinates = content_coordinates(fragments, content_map);
+  for (const Eigen::VectorXd& coordinate : coordinates) {
+    reader.require(coordinate.allFinite(), "its content map gives coordinates that are not finite");
+  }
   effort::StyleRegressor regressor = effort::StyleRegressor::load(container, "regressor");
   reader.require(regressor.feature_rows() ==
                      effort::feature_count(static_cast<int>(coordinates.front().size())),
@@ -221,9 +281,10 @@ StyleModel read_style_model(std::string_view bytes, std::string_view name) {
     throw Error(ErrorKind::kFormat, std::string(name) + ": its header is malformed (" +
                                         error.what() + "); train the model again");
   } catch (const Error& error) {
-    if (error.kind() == ErrorKind::kFormat) throw;
-    throw Error(ErrorKind::kFormat,
-                std::string(name) + ": " + error.what() + "; train the model again");
+    // A part that is not sound does not know of which file it is.
+    const std::string place = std::string(name) + ": ";
+    if (std::string_view(error.what()).starts_with(place)) throw;
+    throw Error(ErrorKind::kFormat, place + error.what() + "; train the model again");
   }
 }
 
