@@ -10,6 +10,8 @@
 
 #include "io/half_angle.h"
 #include "io/text_scanner.h"
+#include "io/unit_guess.h"
+#include "io/warnings.h"
 
 namespace laban::io {
 namespace {
@@ -17,12 +19,6 @@ namespace {
 // A joint whose positions never leave its OFFSET by more than this does not animate position:
 // exporters that write six channels everywhere repeat the OFFSET with float32 noise.
 constexpr double kStillM = 1e-6;
-
-// Reach of an adult from the hips to the fingertips by way of the chest, metres. Right for every
-// file at hand: a reach of 0.70 to 1.78 m is read in the right one of centimetre and inch, the
-// closest pair of units.
-constexpr double kReachM = 1.12;
-constexpr std::array<double, 5> kUnitsM = {1.0, 0.01, 0.001, 0.0254, 0.05644};
 
 // Rates that cameras, games and capture systems run at.
 constexpr std::array<double, 12> kCustomaryRatesHz = {24, 25,  30,  50,  60,  72,
@@ -87,25 +83,6 @@ std::optional<Channel> channel_of(std::string_view word) {
   }
   return channel;
 }
-
-/// Warnings in the order of the file; each kind is said once, or a file of them would drown the
-/// rest.
-class Warnings {
- public:
-  explicit Warnings(const TextScanner& scanner) : scanner_(scanner) {}
-
-  void add_once(std::string_view kind, std::size_t offset, const std::string& message) {
-    if (std::find(kinds_.begin(), kinds_.end(), kind) != kinds_.end()) return;
-    kinds_.push_back(kind);
-    messages_.push_back(scanner_.message_at(offset, message));
-  }
-  [[nodiscard]] std::vector<std::string> take() { return std::move(messages_); }
-
- private:
-  const TextScanner& scanner_;
-  std::vector<std::string_view> kinds_;
-  std::vector<std::string> messages_;
-};
 
 /// Reads HIERARCHY up to and including the word MOTION, without recursion.
 class HierarchyReader {
@@ -724,48 +701,24 @@ Motion read_motion(TextScanner& scanner, std::size_t file_size, const Hierarchy&
   return {};
 }
 
-/// The longest sum of offset lengths from the first joint with two children or more (else the root)
-/// down to a leaf, end sites included; file units.
-double reach(const Hierarchy& hierarchy) {
-  const std::size_t count = hierarchy.kept;
-  std::vector<int> child_counts(count, 0);
-  std::vector<double> below(count, 0.0);  // longest way from a joint down
-  for (std::size_t i = count; i-- > 0;) {
-    const DraftJoint& joint = hierarchy.joints[i];
-    if (joint.end_site) below[i] = std::max(below[i], joint.end_site->norm());
-    if (joint.parent < 0) continue;
-    const auto parent = static_cast<std::size_t>(joint.parent);
-    ++child_counts[parent];
-    below[parent] = std::max(below[parent], joint.offset->norm() + below[i]);
-  }
-  const auto branching =
-      std::find_if(child_counts.begin(), child_counts.end(), [](int n) { return n >= 2; });
-  return below[branching == child_counts.end()
-                   ? 0
-                   : static_cast<std::size_t>(branching - child_counts.begin())];
-}
-
-double guess_unit_m(const Hierarchy& hierarchy, Warnings& warnings) {
-  const double units = reach(hierarchy);
-  if (!(units > 1e-9)) {
-    warnings.add_once("unit", 0,
-                      "the skeleton has no size to guess its unit from; centimetres are "
-                      "taken (--unit says otherwise)");
-    return 0.01;
-  }
-  const auto error = [&](double unit_m) { return std::abs(std::log(units * unit_m / kReachM)); };
-  return *std::min_element(kUnitsM.begin(), kUnitsM.end(),
-                           [&](double a, double b) { return error(a) < error(b); });
-}
-
-std::shared_ptr<const motion::Skeleton> make_skeleton(const Hierarchy& hierarchy, double unit_m) {
+/// Joints as the file has them, in its own unit.
+std::vector<motion::Joint> make_joints(const Hierarchy& hierarchy) {
   std::vector<motion::Joint> joints(hierarchy.kept);
   for (std::size_t i = 0; i < hierarchy.kept; ++i) {
     const DraftJoint& draft = hierarchy.joints[i];
     joints[i].name = std::string(draft.name);
     joints[i].parent = draft.parent;
-    joints[i].rest_offset = unit_m * *draft.offset;
-    if (draft.end_site) joints[i].end_site = unit_m * *draft.end_site;
+    joints[i].rest_offset = *draft.offset;
+    joints[i].end_site = draft.end_site;
+  }
+  return joints;
+}
+
+std::shared_ptr<const motion::Skeleton> make_skeleton(std::vector<motion::Joint> joints,
+                                                      double unit_m) {
+  for (motion::Joint& joint : joints) {
+    joint.rest_offset *= unit_m;
+    if (joint.end_site) *joint.end_site *= unit_m;
   }
   return std::make_shared<const motion::Skeleton>(std::move(joints));
 }
@@ -790,10 +743,11 @@ BvhFile read_bvh(std::string_view text, std::string_view name, const BvhReadOpti
   TextScanner scanner(text, name);
   Warnings warnings(scanner);
   const Hierarchy hierarchy = HierarchyReader(scanner, warnings).read();
-  const double unit_m = options.unit_m ? *options.unit_m : guess_unit_m(hierarchy, warnings);
+  std::vector<motion::Joint> joints = make_joints(hierarchy);
+  const double unit_m = options.unit_m ? *options.unit_m : guess_unit_m(joints, warnings);
   Motion motion =
       read_motion(scanner, text.size(), hierarchy, unit_m, options.frame_rate_hz, warnings);
-  return {motion::Clip(make_skeleton(hierarchy, unit_m), motion.frame_rate_hz,
+  return {motion::Clip(make_skeleton(std::move(joints), unit_m), motion.frame_rate_hz,
                        std::move(motion.root_positions), std::move(motion.rotations),
                        std::move(motion.translations)),
           unit_m, !options.unit_m.has_value(), warnings.take()};

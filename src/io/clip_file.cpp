@@ -5,9 +5,11 @@
 
 #include "laban/base/atomic_file.h"
 #include "laban/base/error.h"
+#include "laban/io/asf_amc.h"
 #include "laban/io/bvh.h"
 #include "laban/io/glb.h"
 
+#include "io/find_asf.h"
 #include "io/text_scanner.h"
 
 namespace laban::io {
@@ -36,7 +38,16 @@ constexpr std::array<KnownFormat, 6> kFormats = {{
 
 std::string_view opening_text(std::string_view bytes) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.remove_prefix(3);
-  return bytes.substr(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size()));
+  const auto skip_space = [&] {
+    bytes.remove_prefix(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size()));
+  };
+  skip_space();
+  // Comments of ASF and AMC files; "#!OML:ASF" is an opening.
+  while (bytes.starts_with('#') && !bytes.starts_with("#!")) {
+    bytes.remove_prefix(std::min(bytes.find_first_of("\r\n"), bytes.size()));
+    skip_space();
+  }
+  return bytes;
 }
 
 bool opens_as(std::string_view text, std::string_view opening) {
@@ -63,21 +74,27 @@ const KnownFormat* find_by_ending(const std::filesystem::path& path) {
   return nullptr;
 }
 
+constexpr std::array<std::string_view, 3> kReadFormats = {"bvh", "asf", "amc"};
+
+bool is_read(std::string_view format) {
+  return std::find(kReadFormats.begin(), kReadFormats.end(), format) != kReadFormats.end();
+}
+
 std::string input_format(std::string_view bytes, std::string_view name,
                          const ReadOptions& options) {
   if (options.input_format) {
-    if (*options.input_format == "bvh") return *options.input_format;
+    if (is_read(*options.input_format)) return *options.input_format;
     throw Error(ErrorKind::kUsage, "input format '" + *options.input_format +
-                                       "' is not known or not read yet (known: bvh)");
+                                       "' is not known or not read yet (known: bvh, asf, amc)");
   }
   const KnownFormat* format = find_by_content(bytes);
   if (format == nullptr) format = find_by_ending(std::filesystem::path(name));
   if (format == nullptr) {
     throw Error(ErrorKind::kFormat, std::string(name) +
                                         ": not a motion file that is known; BVH is read, and it "
-                                        "begins with HIERARCHY");
+                                        "begins with HIERARCHY, and ASF/AMC");
   }
-  if (format->name != "bvh") {
+  if (!is_read(format->name)) {
     throw Error(ErrorKind::kFormat, std::string(name) + ": " + std::string(format->title) +
                                         " is not read yet; convert it to BVH");
   }
@@ -91,6 +108,50 @@ ClipFile turned_upright(ClipFile file, const ReadOptions& options) {
     file.clip = motion::turned(file.clip, motion::y_up_from(file.up_axis));
   }
   return file;
+}
+
+ClipFile parse_bvh(std::string_view bytes, std::string_view name, const ReadOptions& options) {
+  BvhFile bvh =
+      read_bvh(bytes, name, {.unit_m = options.unit_m, .frame_rate_hz = options.frame_rate_hz});
+  return turned_upright({.clip = std::move(bvh.clip),
+                         .unit_m = bvh.unit_m,
+                         .unit_guessed = bvh.unit_guessed,
+                         .format = "bvh",
+                         .warnings = std::move(bvh.warnings)},
+                        options);
+}
+
+ClipFile parse_asf(std::string_view bytes, std::string_view name, const ReadOptions& options) {
+  AsfFile asf = read_asf(bytes, name, {.unit_m = options.unit_m});
+  asf.warnings.push_back(std::string(name) +
+                         ":1:1: a skeleton without motion; it is read as one frame at rest (its "
+                         "motion is in .amc files)");
+  return {.clip = rest_clip(asf),
+          .unit_m = asf.unit_m,
+          .unit_guessed = asf.unit_guessed,
+          .format = "asf",
+          .warnings = std::move(asf.warnings),
+          .frame_rate_guessed = true};
+}
+
+ClipFile parse_amc(std::string_view bytes, std::string_view name, const ReadOptions& options) {
+  if (!options.skeleton && !options.folder) {
+    throw Error(ErrorKind::kUsage, std::string(name) +
+                                       ": AMC motion needs its skeleton; name it "
+                                       "(--skeleton FILE.asf)");
+  }
+  const std::filesystem::path path =
+      options.skeleton ? *options.skeleton : find_asf(*options.folder, std::filesystem::path(name));
+  AsfFile asf = read_asf(base::read_file(path), path.string(), {.unit_m = options.unit_m});
+  AmcFile amc = read_amc(bytes, name, asf, {.frame_rate_hz = options.frame_rate_hz});
+  std::vector<std::string> warnings = std::move(asf.warnings);
+  warnings.insert(warnings.end(), amc.warnings.begin(), amc.warnings.end());
+  return {.clip = std::move(amc.clip),
+          .unit_m = asf.unit_m,
+          .unit_guessed = asf.unit_guessed,
+          .format = "amc",
+          .warnings = std::move(warnings),
+          .frame_rate_guessed = amc.frame_rate_guessed};
 }
 
 motion::Clip from_y_up(const motion::Clip& clip, motion::UpAxis up) {
@@ -115,18 +176,20 @@ ClipBytes format_named(const motion::Clip& clip, std::string_view format,
 
 ClipFile parse_clip(std::string_view bytes, std::string_view name, const ReadOptions& options) {
   const std::string format = input_format(bytes, name, options);
-  BvhFile bvh =
-      read_bvh(bytes, name, {.unit_m = options.unit_m, .frame_rate_hz = options.frame_rate_hz});
-  return turned_upright({.clip = std::move(bvh.clip),
-                         .unit_m = bvh.unit_m,
-                         .unit_guessed = bvh.unit_guessed,
-                         .format = format,
-                         .warnings = std::move(bvh.warnings)},
-                        options);
+  if (format == "asf") return parse_asf(bytes, name, options);
+  if (format == "amc") return parse_amc(bytes, name, options);
+  return parse_bvh(bytes, name, options);
 }
 
 ClipFile read_clip(const std::filesystem::path& path, const ReadOptions& options) {
-  return parse_clip(base::read_file(path), path.string(), options);
+  ReadOptions reading = options;
+  if (!reading.folder) reading.folder = path.parent_path();
+  return parse_clip(base::read_file(path), path.string(), reading);
+}
+
+bool is_motion_file(const std::filesystem::path& path) {
+  const KnownFormat* format = find_by_ending(path);
+  return format != nullptr && is_read(format->name) && format->name != "asf";
 }
 
 std::string output_format(const std::filesystem::path& path, const WriteOptions& options) {

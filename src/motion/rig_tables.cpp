@@ -12,6 +12,13 @@ using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
+Vector3d about_x(double degrees) {
+  return {degrees * kDegree, 0.0, 0.0};
+}
+Vector3d about_z(double degrees) {
+  return {0.0, 0.0, degrees * kDegree};
+}
+
 /// Names of one side, without the side: "*" stands for it.
 struct SideNames {
   Names clavicle, upper_arm, forearm, hand, thigh, shin, foot, toe;
@@ -112,8 +119,6 @@ RigTable cmu_31() {
                          kMotionBuilderSides, "left", "right");
   table.signature = {"lhipjoint", "lowerback"};
   table.t_pose_frame = true;
-  const auto about_x = [](double degrees) { return Vector3d(degrees * kDegree, 0.0, 0.0); };
-  const auto about_z = [](double degrees) { return Vector3d(0.0, 0.0, degrees * kDegree); };
   // The same in every file seen.
   table.t_pose = {{"leftupleg", about_z(-21.0)}, {"rightupleg", about_z(21.0)},
                   {"neck", about_x(-16.0)},      {"neck1", about_x(21.0)},
@@ -266,18 +271,35 @@ RigTable rokoko() {
       "left", "right");
 }
 
-/// Bones of ASF files, each named as the joint it begins at.
+/// Bones of ASF files (CMU, HDM05), each named as the joint it begins at. Vicon BodyBuilder wrote
+/// them all: arms level, legs and feet as one spread by 20 degrees, and the radius turns about an
+/// axis 30 degrees off the vertical. The head's zero is not level: cgspeed's conversions give the
+/// neck's and head's turns of a T-pose on this very skeleton. The hand is "lwrist", the far half of
+/// the forearm that turns about it, as in cgspeed's conversions; its bend, at "lhand", stays the
+/// rig's own.
 RigTable acclaim() {
-  return named("acclaim", {{{"root"}, {"upperback"}, {"thorax"}, {"lowerneck"}, {"head"}}},
-               {{"*clavicle"},
-                {"*humerus"},
-                {"*radius"},
-                {"*hand", "*wrist"},
-                {"*femur"},
-                {"*tibia"},
-                {"*foot"},
-                {"*toes"}},
-               "l", "r");
+  RigTable table =
+      named("acclaim", {{{"root"}, {"upperback"}, {"thorax"}, {"lowerneck"}, {"head"}}},
+            {{"*clavicle"},
+             {"*humerus"},
+             {"*radius"},
+             {"*wrist", "*hand"},
+             {"*femur"},
+             {"*tibia"},
+             {"*foot"},
+             {"*toes"}},
+            "l", "r");
+  table.t_pose = {{"lfemur", about_z(-20.0)},
+                  {"rfemur", about_z(20.0)},
+                  {"lowerneck", about_x(-16.0)},
+                  {"upperneck", about_x(21.0)},
+                  {"head", about_x(11.0)}};
+  const Vector3d elbow(0.0, -std::cos(30.0 * kDegree), std::sin(30.0 * kDegree));
+  table.limbs = {{StandardJoint::kLeftUpperArm, Vector3d::Zero(), elbow},
+                 {StandardJoint::kLeftForearm, Vector3d::Zero(), elbow},
+                 kCmuThigh,
+                 kCmuShin};
+  return table;
 }
 
 std::vector<RigTable> build_tables() {

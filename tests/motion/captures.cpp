@@ -1,11 +1,13 @@
 #include "captures.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "laban/io/bvh.h"
+#include "laban/io/clip_file.h"
 
 namespace laban::test {
 
@@ -16,6 +18,10 @@ std::optional<std::filesystem::path> captures_root() {
 }
 
 motion::Clip load_capture(const std::filesystem::path& path, int max_frames) {
+  if (path.extension() == ".amc") {
+    motion::Clip clip = io::read_clip(path).clip;
+    return max_frames == 0 ? clip : clip.slice(0, std::min(max_frames, clip.frame_count()));
+  }
   std::ifstream file(path);
   EXPECT_TRUE(file.good()) << path;
   std::string text;

@@ -52,7 +52,7 @@ std::vector<FoundClip> find_clips(const CorpusVerb& verb) {
   int others = 0;
   for (const auto& entry : fs::directory_iterator(verb.clips, failed)) {
     const fs::path& path = entry.path();
-    if (!entry.is_regular_file() || path.extension() != ".bvh") continue;
+    if (!entry.is_regular_file() || !io::is_motion_file(path)) continue;
     const auto names = pattern.match(path.stem().string());
     if (!names) {
       ++others;
@@ -68,11 +68,13 @@ std::vector<FoundClip> find_clips(const CorpusVerb& verb) {
   }
   if (failed) throw Error(ErrorKind::kIo, verb.clips + ": cannot be read: " + failed.message());
   if (found.empty()) {
-    throw Error(ErrorKind::kData, fmt::format("{}: none of its {} BVH files matches --pattern '{}'",
-                                              verb.clips, others, verb.pattern));
+    throw Error(ErrorKind::kData,
+                fmt::format("{}: none of its {} motion files matches --pattern '{}'", verb.clips,
+                            others, verb.pattern));
   }
   if (others > 0)
-    warn(verb.common, fmt::format("{}: {} BVH files do not match the pattern", verb.clips, others));
+    warn(verb.common,
+         fmt::format("{}: {} motion files do not match the pattern", verb.clips, others));
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.path < b.path; });
   return found;

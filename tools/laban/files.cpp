@@ -34,6 +34,19 @@ auto naming(const std::string& path, const Work& work) {
   }
 }
 
+/// How io is to read the clip of a path, or of stdin for "-".
+io::ReadOptions io_options(const ReadClipOptions& options, const std::string& path) {
+  io::ReadOptions reading{.unit_m = options.unit_m, .frame_rate_hz = options.frame_rate_hz};
+  reading.up_axis = up_axis_named(options.up_axis);
+  if (path != "-") reading.folder = fs::path(path).parent_path();
+  if (!options.skeleton.empty()) reading.skeleton = options.skeleton;
+  if (!options.input_format.empty()) reading.input_format = options.input_format;
+  if (path == "-" && options.input_format.empty()) {
+    throw Error(ErrorKind::kUsage, "reading from stdin needs --input-format");
+  }
+  return reading;
+}
+
 fs::path executable_folder() {
   std::error_code failed;
   const fs::path self = fs::read_symlink("/proc/self/exe", failed);
@@ -115,7 +128,10 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options) {
       ->check(CLI::PositiveNumber)
       ->group(group);
   verb->add_option("--input-format", options.input_format,
-                   "format of the input (needed for '-', stdin): bvh")
+                   "format of the input (needed for '-', stdin): bvh, asf, amc")
+      ->group(group);
+  verb->add_option("--skeleton", options.skeleton,
+                   "ASF file of AMC motion (default: found beside it by its name)")
       ->group(group);
   verb->add_option("--input-up", options.up_axis,
                    "axis of the input that points up: x, y or z (default: found from the body)")
@@ -133,15 +149,8 @@ std::string read_bytes(const std::string& path) {
 
 io::ClipFile parse_any_clip(const std::string& path, const std::string& bytes,
                             const ReadClipOptions& options, const Common& common) {
-  io::ReadOptions reading;
-  reading.unit_m = options.unit_m;
-  reading.frame_rate_hz = options.frame_rate_hz;
-  reading.up_axis = up_axis_named(options.up_axis);
-  if (!options.input_format.empty()) reading.input_format = options.input_format;
-  if (path == "-" && options.input_format.empty()) {
-    throw Error(ErrorKind::kUsage, "reading from stdin needs --input-format");
-  }
-  io::ClipFile file = io::parse_clip(bytes, path == "-" ? "stdin" : path, reading);
+  io::ClipFile file =
+      io::parse_clip(bytes, path == "-" ? "stdin" : path, io_options(options, path));
   for (const std::string& warning : file.warnings) warn(common, warning);
   if (options.up_axis.empty() && file.up_axis != motion::UpAxis::kY) {
     warn(common, path + ": read with +" + name_of(file.up_axis) +

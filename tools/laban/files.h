@@ -44,9 +44,10 @@ struct ReadClipOptions {
   std::string input_format;  ///< needed for "-", stdin
   std::string map;           ///< JSON file: standard joint -> joint name
   std::string up_axis;       ///< "x", "y" or "z"; empty: found from the body
+  std::string skeleton;      ///< .asf file of an AMC; empty: found beside it
 };
 
-/// Adds --unit, --fps, --input-format, --input-up, --map.
+/// Adds --unit, --fps, --input-format, --skeleton, --input-up, --map.
 void add_read_options(CLI::App* verb, ReadClipOptions& options);
 
 /// "x", "y" or "z" as an axis, and back. Empty: nullopt.

@@ -42,9 +42,10 @@ Json describe_rig(const motion::Clip& clip, const motion::HumanoidOptions& optio
 
 void print(const InspectVerb& verb, const Json& clip) {
   for (const Json& warning : clip["warnings"]) warn(verb.common, warning.get<std::string>());
-  fmt::print("{}: {} clip, {} joints, {} frames at {:g} Hz ({:.2f} s)\n", verb.input,
+  fmt::print("{}: {} clip, {} joints, {} frames at {:g} Hz{} ({:.2f} s)\n", verb.input,
              clip["format"].get<std::string>(), clip["joints"].get<int>(),
              clip["frames"].get<int>(), clip["frame_rate_hz"].get<double>(),
+             clip["frame_rate_guessed"].get<bool>() ? " (assumed; the file does not say)" : "",
              clip["duration_s"].get<double>());
   fmt::print("unit {:g} m{}, {} up; the body spans {:.2f} m at mid-clip\n",
              clip["unit_m"].get<double>(),
@@ -74,6 +75,7 @@ void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
                      {"format", file.format},
                      {"frames", clip.frame_count()},
                      {"frame_rate_hz", clip.frame_rate_hz()},
+                     {"frame_rate_guessed", file.frame_rate_guessed},
                      {"duration_s", clip.duration_s()},
                      {"joints", clip.joint_count()},
                      {"animates_translations", clip.has_translations()},

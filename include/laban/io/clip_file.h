@@ -16,11 +16,17 @@ struct ReadOptions {
   std::optional<double> unit_m = {};
   /// Overrides the file's frame rate, > 0, Hz.
   std::optional<double> frame_rate_hz = {};
-  /// "bvh"; nullopt: by content, else by the name's ending.
+  /// "bvh", "asf" or "amc"; nullopt: by content, else by the name's ending.
   std::optional<std::string> input_format = {};
   /// The file's axis that points up, where its format leaves it open (BVH); nullopt: found from how
   /// the body stands (motion::find_up_axis).
   std::optional<motion::UpAxis> up_axis = {};
+  /// Where companion files may be read from, such as an AMC's skeleton; nullopt: none is read.
+  /// read_clip sets it to the path's folder.
+  std::optional<std::filesystem::path> folder = {};
+  /// The .asf of an AMC; nullopt: the one in `folder` of the same stem, else of the longest stem
+  /// that the AMC's begins with, else the only one there.
+  std::optional<std::filesystem::path> skeleton = {};
 };
 
 struct ClipFile {
@@ -29,17 +35,20 @@ struct ClipFile {
   bool unit_guessed = false;  ///< true if neither file nor options told it
   /// Which axis of the file points up; the clip has been turned to +Y.
   motion::UpAxis up_axis = motion::UpAxis::kY;
-  std::string format;                 ///< "bvh"
+  std::string format;                 ///< "bvh", "asf" or "amc"
   std::vector<std::string> warnings;  ///< each "name:line:column: ..."
+  /// True if neither file nor options told the rate: an AMC is taken to have 120 Hz.
+  bool frame_rate_guessed = false;
 };
 
-/// A clip from the bytes of a file of any format we read.
+/// A clip from the bytes of a file of any format we read. An ASF gives one frame of its skeleton at
+/// rest, with a warning.
 ///
 /// @param name  of the file, for messages and, by its ending, for the format.
-/// @throws Error{kUsage} if input_format is unknown; Error{kFormat} if the format is not
-/// recognised,
-///         is one that is not read (glTF, ASF/AMC, FBX, C3D: the message names it and the way out),
-///         or the file is malformed.
+/// @throws Error{kUsage} if input_format is unknown or options have a wrong value; Error{kFormat}
+///         if the format is not recognised, is one that is not read (glTF, FBX, C3D: the message
+///         names it and the way out), or the file is malformed; Error{kIo} if the skeleton of an
+///         AMC is not found or cannot be read.
 [[nodiscard]] ClipFile parse_clip(std::string_view bytes, std::string_view name,
                                   const ReadOptions& options = {});
 
@@ -47,6 +56,9 @@ struct ClipFile {
 /// @throws also Error{kIo} if the file cannot be read.
 [[nodiscard]] ClipFile read_clip(const std::filesystem::path& path,
                                  const ReadOptions& options = {});
+
+/// True if a path ends like a file of motion that is read: .bvh, .amc; any case.
+[[nodiscard]] bool is_motion_file(const std::filesystem::path& path);
 
 struct WriteOptions {
   /// Metres per unit, where the format leaves it open (BVH).
