@@ -116,10 +116,6 @@ TEST(ParseClip, NamesFormatsThatAreNotRead) {
   const std::vector<Foreign> files = {
       {"x.glb", "glTF\x02", "glTF"},
       {"x.gltf", "{\"asset\":{}}", "glTF"},
-      {"x.asf", ":version 1.10", "an ASF skeleton"},
-      {"x.asf", "# AST/ASF file", "an ASF skeleton"},
-      {"x.amc", "#!OML:ASF H:", "AMC motion"},
-      {"x.txt", ":FULLY-SPECIFIED", "AMC motion"},
       {"x.dat", "Kaydara FBX Binary  ", "FBX"},
       {"x.fbx", "; FBX 7.3.0 project file", "FBX"},
       {"x.C3D", "\x02P", "C3D markers"},
@@ -134,11 +130,25 @@ TEST(ParseClip, NamesFormatsThatAreNotRead) {
   }
 }
 
+TEST(ParseClip, KnowsAcclaimFilesByTheirOpening) {
+  for (const char* text : {"# AST/ASF file\n# ---\r\n:version 1.10\n", ":version 1.10\n"}) {
+    EXPECT_EQ(failure_of([&] { static_cast<void>(parse_clip(text, "x")); }).message,
+              "x:" + std::to_string(text[0] == '#' ? 4 : 2) +
+                  ":1: there are no bones; a skeleton has :bonedata and :hierarchy");
+  }
+  for (const char* text : {"#!OML:ASF H:\\x.asf", "# by hand\n:FULLY-SPECIFIED"}) {
+    EXPECT_THAT(failure_of([&] { static_cast<void>(parse_clip(text, "x")); }).message,
+                HasSubstr("x: AMC motion needs its skeleton"));
+  }
+}
+
 TEST(ParseClip, SaysWhatItReadsWhereTheFormatIsUnknown) {
   const Failure failure = failure_of([] { static_cast<void>(parse_clip("abc", "x.txt")); });
   EXPECT_EQ(failure.kind, ErrorKind::kFormat);
-  EXPECT_EQ(failure.message,
-            "x.txt: not a motion file that is known; BVH is read, and it begins with HIERARCHY");
+  EXPECT_EQ(
+      failure.message,
+      "x.txt: not a motion file that is known; BVH is read, and it begins with HIERARCHY, and "
+      "ASF/AMC");
   const Failure forced =
       failure_of([] { static_cast<void>(parse_clip("abc", "-", {.input_format = "bvh"})); });
   EXPECT_EQ(forced.message, "-:1:1: a BVH file begins with HIERARCHY, found 'abc'");
