@@ -7,7 +7,7 @@
 set -euo pipefail
 
 packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libdlib-dev libsvm-dev libssl-dev
-          libcairo2-dev nlohmann-json3-dev libcli11-dev libfmt-dev fonts-dejavu-core)
+          libcairo2-dev libtinygltf-dev nlohmann-json3-dev libcli11-dev libfmt-dev fonts-dejavu-core)
 [[ "${1:-}" == --test || "${1:-}" == --all ]] && packages+=(libgtest-dev libgmock-dev python3 python3-numpy python3-jsonschema libxml2-utils)
 [[ "${1:-}" == --all ]] && packages+=(clang clang-format clang-tidy libclang-rt-14-dev libbenchmark-dev)
 # Other people's programs for tests/interop; Blender's glTF importer needs numpy, which its package does not name.

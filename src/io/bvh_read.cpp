@@ -8,6 +8,7 @@
 #include "laban/base/huge_pages.h"
 #include "laban/io/bvh.h"
 
+#include "io/frame_rate.h"
 #include "io/half_angle.h"
 #include "io/text_scanner.h"
 #include "io/unit_guess.h"
@@ -19,10 +20,6 @@ namespace {
 // A joint whose positions never leave its OFFSET by more than this does not animate position:
 // exporters that write six channels everywhere repeat the OFFSET with float32 noise.
 constexpr double kStillM = 1e-6;
-
-// Rates that cameras, games and capture systems run at.
-constexpr std::array<double, 12> kCustomaryRatesHz = {24, 25,  30,  50,  60,  72,
-                                                      90, 100, 120, 144, 200, 240};
 
 // What the motion may take of memory: so much for each byte of the file, and so much for any file.
 // Three channels of one digit are 6 bytes, and 32 bytes a rotation; only a file whose joints mostly
@@ -300,13 +297,9 @@ double last_decimal(std::string_view text) {
 /// 1 / Frame Time, snapped as read_bvh says.
 double rate_of(double frame_time_s, double last_decimal_s) {
   const double rate = 1.0 / frame_time_s;
-  const double whole = std::round(rate);
-  const bool customary = std::find(kCustomaryRatesHz.begin(), kCustomaryRatesHz.end(), whole) !=
-                         kCustomaryRatesHz.end();
-  const bool near_rate = std::abs(rate - whole) <= (customary ? 0.005 : 0.0001) * whole;
+  const std::optional<double> whole = whole_rate_near(rate);
   // 1e-12 s: where Frame Time is written to the last bit, 1 / (1 / 120.0) need not be 120.
-  const bool near_time = std::abs(1.0 / whole - frame_time_s) <= last_decimal_s + 1e-12;
-  return whole >= 1.0 && near_rate && near_time ? whole : rate;
+  return whole && std::abs(1.0 / *whole - frame_time_s) <= last_decimal_s + 1e-12 ? *whole : rate;
 }
 
 double read_frame_time(TextScanner& scanner, std::optional<double> override_hz) {

@@ -29,7 +29,7 @@ struct KnownFormat {
 // Openings are compared without regard to case, after a byte-order mark and space.
 constexpr std::array<KnownFormat, 6> kFormats = {{
     {"bvh", "BVH", {".bvh"}, {"HIERARCHY"}},
-    {"glb", "glTF", {".glb", ".gltf"}, {"glTF"}},
+    {"gltf", "glTF", {".glb", ".gltf"}, {"glTF"}},
     {"asf", "an ASF skeleton", {".asf"}, {":version"}},
     {"amc", "AMC motion", {".amc"}, {"#!OML:ASF", ":FULLY-SPECIFIED"}},
     {"fbx", "FBX", {".fbx"}, {"Kaydara FBX", "; FBX"}},
@@ -74,7 +74,7 @@ const KnownFormat* find_by_ending(const std::filesystem::path& path) {
   return nullptr;
 }
 
-constexpr std::array<std::string_view, 3> kReadFormats = {"bvh", "asf", "amc"};
+constexpr std::array<std::string_view, 4> kReadFormats = {"bvh", "gltf", "asf", "amc"};
 
 bool is_read(std::string_view format) {
   return std::find(kReadFormats.begin(), kReadFormats.end(), format) != kReadFormats.end();
@@ -85,18 +85,18 @@ std::string input_format(std::string_view bytes, std::string_view name,
   if (options.input_format) {
     if (is_read(*options.input_format)) return *options.input_format;
     throw Error(ErrorKind::kUsage, "input format '" + *options.input_format +
-                                       "' is not known or not read yet (known: bvh, asf, amc)");
+                                       "' is not known or not read (bvh, gltf, asf and amc are)");
   }
   const KnownFormat* format = find_by_content(bytes);
   if (format == nullptr) format = find_by_ending(std::filesystem::path(name));
   if (format == nullptr) {
     throw Error(ErrorKind::kFormat, std::string(name) +
-                                        ": not a motion file that is known; BVH is read, and it "
-                                        "begins with HIERARCHY, and ASF/AMC");
+                                        ": not a motion file that is known; BVH, which begins "
+                                        "with HIERARCHY, glTF (.gltf, .glb) and ASF/AMC are read");
   }
   if (!is_read(format->name)) {
     throw Error(ErrorKind::kFormat, std::string(name) + ": " + std::string(format->title) +
-                                        " is not read yet; convert it to BVH");
+                                        " is not read yet; convert it to BVH or glTF");
   }
   return std::string(format->name);
 }
@@ -119,6 +119,21 @@ ClipFile parse_bvh(std::string_view bytes, std::string_view name, const ReadOpti
                          .format = "bvh",
                          .warnings = std::move(bvh.warnings)},
                         options);
+}
+
+ClipFile parse_gltf(std::string_view bytes, std::string_view name, const ReadOptions& options) {
+  GltfFile gltf = read_gltf(bytes, name,
+                            {.unit_m = options.unit_m,
+                             .frame_rate_hz = options.frame_rate_hz,
+                             .animation = options.animation,
+                             .folder = options.folder});
+  return {.clip = std::move(gltf.clip),
+          .unit_m = gltf.unit_m,
+          .format = "gltf",
+          .warnings = std::move(gltf.warnings),
+          .animations = std::move(gltf.animations),
+          .animation = gltf.animation,
+          .asset = std::move(gltf.asset)};
 }
 
 ClipFile parse_asf(std::string_view bytes, std::string_view name, const ReadOptions& options) {
@@ -165,7 +180,9 @@ ClipBytes format_named(const motion::Clip& clip, std::string_view format,
     return {std::move(bvh.text), std::move(bvh.renames)};
   }
   if (format == "glb") {
-    return {write_glb(clip, {.bone_mesh = options.bone_mesh, .animation_name = animation_name}),
+    return {write_glb(clip, {.bone_mesh = options.bone_mesh,
+                             .animation_name = animation_name,
+                             .compact = options.compact}),
             {}};
   }
   throw Error(ErrorKind::kUsage,
@@ -176,6 +193,11 @@ ClipBytes format_named(const motion::Clip& clip, std::string_view format,
 
 ClipFile parse_clip(std::string_view bytes, std::string_view name, const ReadOptions& options) {
   const std::string format = input_format(bytes, name, options);
+  if (options.animation && format != "gltf") {
+    throw Error(ErrorKind::kUsage,
+                std::string(name) + ": only glTF files have animations to choose from");
+  }
+  if (format == "gltf") return parse_gltf(bytes, name, options);
   if (format == "asf") return parse_asf(bytes, name, options);
   if (format == "amc") return parse_amc(bytes, name, options);
   return parse_bvh(bytes, name, options);

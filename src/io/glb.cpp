@@ -1,10 +1,8 @@
 #include "laban/io/glb.h"
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 
 #include <nlohmann/json.hpp>
@@ -12,6 +10,8 @@
 #include "laban/base/error.h"
 #include "laban/motion/forward_kinematics.h"
 
+#include "io/glb_animation.h"
+#include "io/gltf_document.h"
 #include "io/travel.h"
 
 namespace laban::io {
@@ -19,70 +19,56 @@ namespace {
 
 using nlohmann::json;
 
-static_assert(std::endian::native == std::endian::little, "GLB buffers are little-endian");
-
-// Numbers of the glTF 2.0 specification.
-constexpr int kFloat = 5126;
-constexpr int kUnsignedShort = 5123;
 constexpr int kArrayBuffer = 34962;
-constexpr std::uint32_t kGlbMagic = 0x46546C67;   // "glTF"
-constexpr std::uint32_t kJsonChunk = 0x4E4F534A;  // "JSON"
-constexpr std::uint32_t kBinChunk = 0x004E4942;   // "BIN\0"
 
 // Nothing shorter is drawn: a bone of no length has no direction.
 constexpr double kShortestBoneM = 1e-3;
 // Height of the mark drawn where a skeleton has no bone at all, so that it can be seen.
 constexpr double kMarkM = 0.1;
 
-/// The binary chunk and the JSON that describes it, grown together.
+/// The binary chunk and the accessors into it, grown together.
 class Buffer {
  public:
-  /// Appends an accessor of 3-, 4- or 16-vectors, one a column, or of scalars; returns its index.
+  explicit Buffer(json& asset) : asset_(asset) {}
+
+  /// Appends an accessor of 3-, 4- or 16-vectors, one a column; returns its index.
   int add_floats(const Eigen::Ref<const Eigen::MatrixXf>& values, bool with_bounds,
                  std::optional<int> target = std::nullopt) {
-    const std::size_t begin = bytes_.size();
-    for (Eigen::Index c = 0; c < values.cols(); ++c) append(values.col(c).data(), values.rows());
-    json accessor = {
-        {"componentType", kFloat}, {"count", values.cols()}, {"type", type_name(values.rows())}};
+    std::string bytes;
+    for (Eigen::Index c = 0; c < values.cols(); ++c)
+      append(bytes, values.col(c).data(), values.rows());
+    json accessor = {{"componentType", kGltfFloat},
+                     {"count", values.cols()},
+                     {"type", type_name(values.rows())}};
     if (with_bounds) {
       const Eigen::VectorXf least = values.rowwise().minCoeff();
       const Eigen::VectorXf most = values.rowwise().maxCoeff();
       accessor["min"] = std::vector<float>(least.begin(), least.end());
       accessor["max"] = std::vector<float>(most.begin(), most.end());
     }
-    return add_accessor(std::move(accessor), begin, target);
+    return add_accessor(std::move(accessor), bytes, target);
   }
 
   /// Appends an accessor of 4-vectors of unsigned shorts.
   int add_joint_indices(const std::vector<std::array<std::uint16_t, 4>>& values) {
-    const std::size_t begin = bytes_.size();
-    for (const auto& value : values) append(value.data(), value.size());
+    std::string bytes;
+    for (const auto& value : values) append(bytes, value.data(), value.size());
     return add_accessor(
-        {{"componentType", kUnsignedShort}, {"count", values.size()}, {"type", "VEC4"}}, begin,
+        {{"componentType", kGltfUnsignedShort}, {"count", values.size()}, {"type", "VEC4"}}, bytes,
         kArrayBuffer);
   }
 
-  [[nodiscard]] const std::string& bytes() const noexcept { return bytes_; }
-
-  /// Puts accessors, views and the buffer into the asset.
-  void describe(json& asset) const {
-    asset["accessors"] = accessors_;
-    asset["bufferViews"] = views_;
-    asset["buffers"] = json::array({{{"byteLength", bytes_.size()}}});
-  }
+  [[nodiscard]] std::string& bytes() noexcept { return bytes_; }
 
  private:
   template <typename T, typename Count>
-  void append(const T* values, Count count) {
-    const auto old = bytes_.size();
-    bytes_.resize(old + static_cast<std::size_t>(count) * sizeof(T));
-    std::memcpy(bytes_.data() + old, values, static_cast<std::size_t>(count) * sizeof(T));
+  static void append(std::string& bytes, const T* values, Count count) {
+    bytes.append(reinterpret_cast<const char*>(values),
+                 static_cast<std::size_t>(count) * sizeof(T));
   }
 
   static const char* type_name(Eigen::Index rows) {
     switch (rows) {
-      case 1:
-        return "SCALAR";
       case 3:
         return "VEC3";
       case 4:
@@ -93,18 +79,16 @@ class Buffer {
     }
   }
 
-  int add_accessor(json accessor, std::size_t begin, std::optional<int> target) {
-    json view = {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bytes_.size() - begin}};
-    if (target) view["target"] = *target;
-    accessor["bufferView"] = views_.size();
-    views_.push_back(std::move(view));
-    accessors_.push_back(std::move(accessor));
-    return static_cast<int>(accessors_.size()) - 1;
+  int add_accessor(json accessor, std::string_view bytes, std::optional<int> target) {
+    const std::size_t view = append_view(asset_, bytes_, bytes);
+    if (target) asset_["bufferViews"][view]["target"] = *target;
+    accessor["bufferView"] = view;
+    asset_["accessors"].push_back(std::move(accessor));
+    return static_cast<int>(asset_["accessors"].size()) - 1;
   }
 
+  json& asset_;
   std::string bytes_;
-  json accessors_ = json::array();
-  json views_ = json::array();
 };
 
 /// Triangles of a mesh, three vertices each, every vertex tied to one joint of the skin.
@@ -179,11 +163,6 @@ Eigen::MatrixXf as_columns(const std::vector<Eigen::Vector3f>& vectors) {
                                            static_cast<Eigen::Index>(vectors.size()));
 }
 
-/// glTF keeps text as UTF-8; a name in another encoding gets U+FFFD for what it cannot be.
-std::string dump(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 json vector_json(const Eigen::Vector3d& v) {
   return json::array(
       {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())});
@@ -211,45 +190,20 @@ int add_inverse_bind_matrices(Buffer& buffer, const Eigen::Matrix3Xd& rest_posit
   return buffer.add_floats(matrices, false);
 }
 
-int add_times(Buffer& buffer, const motion::Clip& clip) {
-  Eigen::RowVectorXf times(clip.frame_count());
-  for (Eigen::Index f = 0; f < times.size(); ++f) {
-    times[f] = static_cast<float>(static_cast<double>(f) / clip.frame_rate_hz());
-    if (f > 0 && !(times[f] > times[f - 1])) {
-      throw base::Error(base::ErrorKind::kData,
-                        "GLB: frame " + std::to_string(f) +
-                            " has no float32 time of its own; cut the clip into shorter ones");
-    }
-  }
-  return buffer.add_floats(times, true);
-}
-
-/// One channel of the animation, and the sampler it plays.
-void add_channel(json& animation, int node, const char* path, int input, int output) {
-  animation["channels"].push_back(
-      {{"sampler", animation["samplers"].size()}, {"target", {{"node", node}, {"path", path}}}});
-  animation["samplers"].push_back(
-      {{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
-}
-
-json make_animation(Buffer& buffer, const motion::Clip& clip, const std::string& name) {
-  json animation = {{"name", name},
-                    {"channels", json::array()},
-                    {"samplers", json::array()},
-                    {"extras", {{"frame_rate_hz", clip.frame_rate_hz()}}}};
-  const int times = add_times(buffer, clip);
-  Eigen::MatrixXf rotations(4, clip.frame_count());
-  Eigen::MatrixXf translations(3, clip.frame_count());
+GlbAnimation make_animation(const motion::Clip& clip, const GlbWriteOptions& options) {
+  GlbAnimation animation(clip.frame_count(), clip.frame_rate_hz(), options);
+  const double tolerance = options.compact ? options.compact->translation_tolerance_m : 0.0;
+  std::vector<Eigen::Quaterniond> rotations(static_cast<std::size_t>(clip.frame_count()));
+  Eigen::MatrixXd translations(3, clip.frame_count());
   for (int j = 0; j < clip.joint_count(); ++j) {
+    // Clip keeps neighbours in one hemisphere.
     for (int f = 0; f < clip.frame_count(); ++f) {
-      // Eigen stores x, y, z, w, as glTF does; Clip keeps neighbours in one hemisphere.
-      rotations.col(f) = clip.rotation(f, j).coeffs().cast<float>();
-      translations.col(f) = clip.translation(f, j).cast<float>();
+      rotations[static_cast<std::size_t>(f)] = clip.rotation(f, j);
     }
-    add_channel(animation, j, "rotation", times, buffer.add_floats(rotations, false));
-    if (j == 0 || clip.has_translations()) {
-      add_channel(animation, j, "translation", times, buffer.add_floats(translations, false));
-    }
+    animation.add_rotations(j, rotations);
+    if (j > 0 && !clip.has_translations()) continue;
+    for (int f = 0; f < clip.frame_count(); ++f) translations.col(f) = clip.translation(f, j);
+    animation.add_vectors(j, "translation", translations, tolerance);
   }
   return animation;
 }
@@ -275,37 +229,6 @@ void add_bone_mesh(json& asset, Buffer& buffer, const Triangles& triangles) {
   asset["nodes"].push_back({{"name", "bones"}, {"mesh", 0}, {"skin", 0}});
 }
 
-void append_u32(std::string& bytes, std::size_t value) {
-  const auto word = static_cast<std::uint32_t>(value);
-  std::array<char, sizeof word> raw{};
-  std::memcpy(raw.data(), &word, sizeof word);
-  bytes.append(raw.data(), raw.size());
-}
-
-/// The two chunks and their header; chunks are padded to 4 bytes, JSON with spaces, BIN with zeros.
-std::string pack(std::string text, std::string binary) {
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  binary.resize((binary.size() + 3) / 4 * 4, '\0');
-  const std::size_t size = 12 + 8 + text.size() + 8 + binary.size();
-  if (size > std::numeric_limits<std::uint32_t>::max()) {
-    throw base::Error(
-        base::ErrorKind::kData,
-        "GLB: " + std::to_string(size) +
-            " bytes, a file holds at most 4294967295; cut the clip into shorter ones");
-  }
-  std::string bytes;
-  bytes.reserve(size);
-  for (const std::size_t word : {std::size_t{kGlbMagic}, std::size_t{2}, size, text.size()}) {
-    append_u32(bytes, word);
-  }
-  append_u32(bytes, kJsonChunk);
-  bytes += text;
-  append_u32(bytes, binary.size());
-  append_u32(bytes, kBinChunk);
-  bytes += binary;
-  return bytes;
-}
-
 }  // namespace
 
 std::string write_glb(const motion::Clip& clip, const GlbWriteOptions& options) {
@@ -314,22 +237,22 @@ std::string write_glb(const motion::Clip& clip, const GlbWriteOptions& options) 
                                                   " joints (a skin has at most 65535)");
   }
   const Eigen::Matrix3Xd rest_positions = motion::rest_pose(clip.skeleton()).positions;
-  Buffer buffer;
   std::vector<int> joints(static_cast<std::size_t>(clip.joint_count()));
   for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = static_cast<int>(j);
   json asset = {{"asset", {{"version", "2.0"}, {"generator", "laban"}}},
                 {"scene", 0},
                 {"scenes", json::array({{{"nodes", json::array({0})}}})},
                 {"nodes", joint_nodes(clip)}};
+  Buffer buffer(asset);
   asset["skins"] =
       json::array({{{"name", "skeleton"},
                     {"joints", joints},
                     {"skeleton", 0},
                     {"inverseBindMatrices", add_inverse_bind_matrices(buffer, rest_positions)}}});
-  asset["animations"] = json::array({make_animation(buffer, clip, options.animation_name)});
+  make_animation(clip, options).finish(asset, buffer.bytes());
   if (options.bone_mesh) add_bone_mesh(asset, buffer, bone_mesh(clip, rest_positions));
-  buffer.describe(asset);
-  return pack(dump(asset), buffer.bytes());
+  asset["buffers"] = json::array({{{"byteLength", buffer.bytes().size()}}});
+  return pack_glb(asset, buffer.bytes());
 }
 
 }  // namespace laban::io

@@ -16,8 +16,8 @@ struct ApplyVerb {
   Common common;
   ReadClipOptions reading;
   std::string input;
+  WriteClipOptions writing;
   std::string output;
-  std::string format;
   std::string model;
   std::string report;
   std::string picture;
@@ -26,7 +26,12 @@ struct ApplyVerb {
 };
 
 /// The styled clip on the input's rig, at the input's rate.
-motion::Clip retarget(const CapturedClip& input, const transfer::AppliedStyle& applied) {
+struct Retargeted {
+  motion::Clip clip;
+  std::vector<double> source_frames;  ///< of the input as it stands in its file
+};
+
+Retargeted retarget(const CapturedClip& input, const transfer::AppliedStyle& applied) {
   const double rate_hz = input.capture.clip.frame_rate_hz();
   const motion::PoseMatrix pose = motion::resample(applied.pose, rate_hz);
   // The source frames count at the model's rate; what is asked for counts at the input's.
@@ -42,8 +47,10 @@ motion::Clip retarget(const CapturedClip& input, const transfer::AppliedStyle& a
         ((1.0 - share) * applied.source_frames[before] + share * applied.source_frames[after]) *
         per_frame);
   }
-  return motion::from_pose_matrix(pose, input.capture.humanoid, input.capture.clip,
-                                  {frames, std::nullopt});
+  motion::Clip clip = motion::from_pose_matrix(pose, input.capture.humanoid, input.capture.clip,
+                                               {frames, std::nullopt});
+  for (double& frame : frames) frame += input.first_frame();
+  return {std::move(clip), std::move(frames)};
 }
 
 Json report_json(const ApplyVerb& verb, const transfer::StyleModel& model,
@@ -113,6 +120,7 @@ void run(const ApplyVerb& verb) {
     throw base::Error(base::ErrorKind::kUsage, problems.front());
   }
   check_outputs(verb.common, {verb.output, verb.report, verb.picture});
+  (void)check_clip_output(verb.output, verb.writing);
   if (!verb.picture.empty()) (void)is_svg(verb.picture);
   std::vector<InputRecord> inputs(1);
   const transfer::StyleModel model = read_model(verb.model, inputs.front());
@@ -120,7 +128,7 @@ void run(const ApplyVerb& verb) {
   inputs.push_back(input.record);
   const transfer::AppliedStyle applied =
       transfer::apply_style(model, input.pose(model.frame_rate_hz()), verb.target, verb.options);
-  const motion::Clip output = retarget(input, applied);
+  const Retargeted output = retarget(input, applied);
 
   for (const transfer::AppliedSnippet& snippet : applied.snippets) {
     if (!snippet.kept) continue;
@@ -130,10 +138,11 @@ void run(const ApplyVerb& verb) {
                      snippet.end / model.frame_rate_hz()));
   }
   const Json json = report_json(verb, model, applied, inputs);
-  write_clip(verb.output, output, verb.common, input.file.unit_m, verb.format);
+  write_clip(verb.output, output.clip, verb.common,
+             {input.file.unit_m, input.file.asset, output.source_frames}, verb.writing);
   if (!verb.report.empty()) write_bytes(verb.report, json.dump(2) + "\n", verb.common);
   if (!verb.picture.empty())
-    write_bytes(verb.picture, picture(verb, input, output, model, applied), verb.common);
+    write_bytes(verb.picture, picture(verb, input, output.clip, model, applied), verb.common);
   if (verb.output == "-") return;
   if (verb.common.json) {
     fmt::print("{}\n", json.dump(2));
@@ -149,10 +158,9 @@ void add_apply(CLI::App& app) {
   CLI::App* sub =
       add_verb(app, "apply", "Give a clip a target Effort: the same action, done another way",
                "laban apply walk.bvh --flow -2 --weight 1.5 --time 2 -o walk_sudden.glb");
-  sub->add_option("INPUT", verb->input, "clip (BVH), '-' for stdin")->required();
+  sub->add_option("INPUT", verb->input, "clip (BVH or glTF), '-' for stdin")->required();
   sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
       ->required();
-  sub->add_option("--format", verb->format, "format of the output (needed for '-'): bvh or glb");
   add_target_options(sub, verb->target);
   sub->add_option("--model", verb->model, "style model (default: the embedded corpus's)");
   sub->add_option("--report", verb->report, "JSON report to write");
@@ -161,6 +169,7 @@ void add_apply(CLI::App& app) {
   sub->add_flag("--strict", verb->options.strict, "a part that matches no content is an error");
   add_search_options(sub, verb->options.search);
   add_read_options(sub, verb->reading);
+  add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true});
   sub->callback([verb] { run(*verb); });
 }

@@ -15,12 +15,13 @@ struct BlendVerb {
   std::string first;
   std::string second;
   std::string output;
-  std::string format;
+  WriteClipOptions writing;
   double alpha = 0.5;
 };
 
 void run(const BlendVerb& verb) {
   check_outputs(verb.common, {verb.output});
+  (void)check_clip_output(verb.output, verb.writing);
   const CapturedClip first = read_captured_clip(verb.first, verb.reading, verb.common);
   const CapturedClip second = read_captured_clip(verb.second, verb.reading, verb.common);
   const motion::PoseMatrix pose = first.pose();
@@ -30,7 +31,10 @@ void run(const BlendVerb& verb) {
   result.pose.leg_length_m = pose.leg_length_m;
   const motion::Clip clip = motion::from_pose_matrix(
       result.pose, first.capture.humanoid, first.capture.clip, {result.times_i, std::nullopt});
-  write_clip(verb.output, clip, verb.common, first.file.unit_m, verb.format);
+  std::vector<double> source_frames(result.times_i.begin(), result.times_i.end());
+  for (double& frame : source_frames) frame += first.first_frame();
+  write_clip(verb.output, clip, verb.common,
+             {first.file.unit_m, first.file.asset, std::move(source_frames)}, verb.writing);
   if (verb.output == "-") return;
   if (verb.common.json) {
     const Json json = {{"schema", "laban.blend/1"},
@@ -59,8 +63,8 @@ void add_blend(CLI::App& app) {
       ->capture_default_str();
   sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
       ->required();
-  sub->add_option("--format", verb->format, "format of the output (needed for '-'): bvh or glb");
   add_read_options(sub, verb->reading);
+  add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true});
   sub->callback([verb] { run(*verb); });
 }

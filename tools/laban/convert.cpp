@@ -19,7 +19,7 @@ struct ConvertVerb {
   EffortCurveOptions effort;
   std::string input;
   std::string output;
-  std::string format;
+  WriteClipOptions writing;
   std::optional<double> rate_hz;
   std::optional<double> output_unit_m;
   std::string up_axis = "y";
@@ -37,11 +37,13 @@ struct ConvertVerb {
 class Conversion {
  public:
   Conversion(const ConvertVerb& verb, const io::ClipFile& file)
-      : verb_(verb), clip_(file.clip), unit_m_(file.unit_m) {}
+      : verb_(verb), clip_(file.clip), source_{file.unit_m, file.asset, {}} {
+    for (int f = 0; f < clip_.frame_count(); ++f) source_.source_frames.push_back(f);
+  }
 
   [[nodiscard]] const motion::Clip& clip() const { return clip_; }
-  /// Metres per unit of the file whose rig the clip is on.
-  [[nodiscard]] double unit_m() const { return unit_m_; }
+  /// The file whose rig the clip is on.
+  [[nodiscard]] const ClipSource& source() const { return source_; }
 
   const motion::Humanoid& find_person() {
     if (person_) return *person_;
@@ -49,6 +51,7 @@ class Conversion {
       motion::Capture capture = motion::find_capture(clip_, read_map(verb_.reading.map));
       frames_cut_ = clip_.frame_count() - capture.clip.frame_count();
       clip_ = std::move(capture.clip);
+      cut_source(frames_cut_, clip_.frame_count());
       return person_.emplace(std::move(capture.humanoid));
     } catch (const base::Error& error) {
       throw base::Error(error.kind(), verb_.input + ": " + error.what());
@@ -58,12 +61,20 @@ class Conversion {
   /// Frames count as in the file.
   void trim() {
     if (!verb_.begin && !verb_.end) return;
-    clip_ = clip_.slice(std::max(0, verb_.begin.value_or(0) - frames_cut_),
-                        verb_.end ? *verb_.end - frames_cut_ : clip_.frame_count());
+    const int begin = std::max(0, verb_.begin.value_or(0) - frames_cut_);
+    clip_ = clip_.slice(begin, verb_.end ? *verb_.end - frames_cut_ : clip_.frame_count());
+    cut_source(begin, clip_.frame_count());
   }
 
   void resample() {
-    if (verb_.rate_hz) clip_ = motion::resample(clip_, *verb_.rate_hz);
+    if (!verb_.rate_hz) return;
+    const double step = clip_.frame_rate_hz() / *verb_.rate_hz;
+    const double first = source_.source_frames.front();
+    clip_ = motion::resample(clip_, *verb_.rate_hz);
+    source_.source_frames.clear();
+    for (int f = 0; f < clip_.frame_count(); ++f) {
+      source_.source_frames.push_back(first + f * step);
+    }
   }
 
   void mirror() { clip_ = motion::mirrored(clip_, find_person()); }
@@ -76,20 +87,33 @@ class Conversion {
     const motion::PlanarPose start = motion::planar_start(clip_, own);
     clip_ = motion::from_pose_matrix(motion::to_pose_matrix(clip_, own), rig.capture.humanoid,
                                      rig.capture.clip.slice(0, 1), {{}, start});
-    unit_m_ = rig.file.unit_m;
+    // The rig stands still: whatever else it animates is shown as in its first frame.
+    source_ = {rig.file.unit_m, rig.file.asset,
+               std::vector<double>(static_cast<std::size_t>(clip_.frame_count()), 0.0)};
     person_ = std::move(rig.capture.humanoid);
   }
 
-  void move_root() {
-    const motion::Humanoid& person = find_person();
-    clip_ = verb_.root_motion == "in-place" ? motion::in_place(clip_, person)
-                                            : motion::with_root_joint(clip_, person);
+  void stay_in_place() { clip_ = motion::in_place(clip_, find_person()); }
+
+  void add_root_joint() {
+    clip_ = motion::with_root_joint(clip_, find_person());
+    if (source_.asset) {
+      warn(verb_.common, verb_.output + ": written without the character, which has no such joint");
+      source_.asset = nullptr;
+    }
   }
 
  private:
+  /// Of the frames so far, `count` from `begin` on are kept.
+  void cut_source(int begin, int count) {
+    auto& frames = source_.source_frames;
+    frames.erase(frames.begin(), frames.begin() + begin);
+    frames.resize(static_cast<std::size_t>(count));
+  }
+
   const ConvertVerb& verb_;
   motion::Clip clip_;
-  double unit_m_;
+  ClipSource source_;
   int frames_cut_ = 0;
   std::optional<motion::Humanoid> person_;
 };
@@ -126,16 +150,10 @@ void print(const ConvertVerb& verb, const motion::Clip& clip) {
   }
 }
 
-io::WriteOptions writing(const ConvertVerb& verb) {
-  io::WriteOptions options;
-  if (!verb.format.empty()) options.format = verb.format;
-  return options;
-}
-
 void run(const ConvertVerb& verb) {
   check_outputs(verb.common, {verb.output});
-  const std::string table = table_format(verb.output, verb.format);
-  if (table.empty()) (void)io::output_format(verb.output, writing(verb));
+  const std::string table = table_format(verb.output, verb.writing.format);
+  if (table.empty()) check_clip_output(verb.output, verb.writing);
   Conversion conversion(verb, read_any_clip(verb.input, verb.reading, verb.common));
   const bool moves_root = verb.root_motion != "keep";
   if (moves_root && !table.empty() && verb.data != "positions") {
@@ -150,13 +168,14 @@ void run(const ConvertVerb& verb) {
   conversion.resample();
   if (verb.mirror) conversion.mirror();
   if (!verb.to_rig.empty()) conversion.retarget();
-  if (moves_root) conversion.move_root();
+  if (verb.root_motion == "in-place") conversion.stay_in_place();
+  if (verb.root_motion == "root-joint") conversion.add_root_joint();
   if (table.empty()) {
-    write_clip(verb.output, conversion.clip(), verb.common,
-               verb.output_unit_m.value_or(conversion.unit_m()), verb.format,
-               *up_axis_named(verb.up_axis));
+    ClipSource source = conversion.source();
+    if (verb.output_unit_m) source.unit_m = *verb.output_unit_m;
+    write_clip(verb.output, conversion.clip(), verb.common, source, verb.writing);
   } else {
-    write_table(verb.output, make_table(verb, conversion), verb.common, verb.format);
+    write_table(verb.output, make_table(verb, conversion), verb.common, verb.writing.format);
   }
   print(verb, conversion.clip());
 }
@@ -174,8 +193,6 @@ void add_convert(CLI::App& app) {
   sub->add_option("-o,--output", verb->output,
                   "clip (.bvh, .glb) or table (.csv, .npy) to write, '-' for stdout")
       ->required();
-  sub->add_option("--format", verb->format,
-                  "format of the output (needed for '-'): bvh, glb, csv or npy");
   sub->add_option("--begin", verb->begin, "first frame to keep");
   sub->add_option("--end", verb->end, "one past the last frame to keep");
   sub->add_option("--rate", verb->rate_hz, "frame rate of the output, Hz")
@@ -192,15 +209,14 @@ void add_convert(CLI::App& app) {
   sub->add_option("--output-unit", verb->output_unit_m,
                   "metres per unit of a BVH output (default: the input's)")
       ->check(CLI::PositiveNumber);
-  sub->add_option("--up", verb->up_axis, "axis that points up in a BVH output: x, y or z")
-      ->check(CLI::IsMember({"x", "y", "z"}))
-      ->capture_default_str();
   sub->add_option("--data", verb->data,
                   "what a table holds: positions of joints, pose matrix, or effort over time")
       ->check(CLI::IsMember({"positions", "pose", "effort"}))
       ->capture_default_str();
   add_effort_curve_options(sub, verb->effort);
   add_read_options(sub, verb->reading);
+  add_write_options(sub, verb->writing);
+  add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true});
   sub->callback([verb] { run(*verb); });
 }

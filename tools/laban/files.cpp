@@ -6,6 +6,7 @@
 #include <iostream>
 #include <iterator>
 #include <map>
+#include <numbers>
 
 #include <fmt/core.h>
 
@@ -40,6 +41,7 @@ io::ReadOptions io_options(const ReadClipOptions& options, const std::string& pa
   reading.up_axis = up_axis_named(options.up_axis);
   if (path != "-") reading.folder = fs::path(path).parent_path();
   if (!options.skeleton.empty()) reading.skeleton = options.skeleton;
+  if (!options.animation.empty()) reading.animation = options.animation;
   if (!options.input_format.empty()) reading.input_format = options.input_format;
   if (path == "-" && options.input_format.empty()) {
     throw Error(ErrorKind::kUsage, "reading from stdin needs --input-format");
@@ -128,7 +130,7 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options) {
       ->check(CLI::PositiveNumber)
       ->group(group);
   verb->add_option("--input-format", options.input_format,
-                   "format of the input (needed for '-', stdin): bvh, asf, amc")
+                   "format of the input (needed for '-', stdin): bvh, gltf, asf or amc")
       ->group(group);
   verb->add_option("--skeleton", options.skeleton,
                    "ASF file of AMC motion (default: found beside it by its name)")
@@ -139,6 +141,29 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options) {
       ->group(group);
   verb->add_option("--map", options.map,
                    "JSON file {\"hips\": \"joint name\", ..} for a rig that is not known")
+      ->group(group);
+  verb->add_option("--animation", options.animation,
+                   "which animation of a glTF file: its name or index (default: the first)")
+      ->group(group);
+}
+
+void add_write_options(CLI::App* verb, WriteClipOptions& options) {
+  const std::string group = "Writing clips";
+  verb->add_option("--format", options.format,
+                   "format of the output (needed for '-', stdout): bvh or glb")
+      ->group(group);
+  verb->add_option("--up", options.up_axis, "axis that points up in a BVH output: x, y or z")
+      ->check(CLI::IsMember({"x", "y", "z"}))
+      ->capture_default_str()
+      ->group(group);
+  verb->add_flag("--no-mesh", options.no_mesh,
+                 "GLB: the joints and their animation alone, neither bones nor character")
+      ->group(group);
+  verb->add_flag("--compact", options.compact, "GLB: fewer and shorter keys, within a tolerance")
+      ->group(group);
+  verb->add_option("--compact-tolerance", options.compact_tolerance_deg,
+                   "greatest error of a joint's rotation, degrees (default 0.1); implies --compact")
+      ->check(CLI::PositiveNumber)
       ->group(group);
 }
 
@@ -178,15 +203,44 @@ void write_bytes(const std::string& path, const std::string& bytes, const Common
   std::fwrite(bytes.data(), 1, bytes.size(), stdout);
 }
 
-void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
-                double unit_m, const std::string& format, motion::UpAxis up_axis) {
-  io::WriteOptions options;
-  options.up_axis = up_axis;
-  options.unit_m = unit_m;
-  if (!format.empty()) options.format = format;
-  if (path == "-" && format.empty())
+std::string check_clip_output(const std::string& path, const WriteClipOptions& options) {
+  io::WriteOptions writing;
+  if (!options.format.empty()) writing.format = options.format;
+  if (path == "-" && options.format.empty()) {
     throw Error(ErrorKind::kUsage, "writing to stdout needs --format");
-  const io::ClipBytes file = io::format_clip(clip, io::output_format(path, options), options);
+  }
+  const std::string format = io::output_format(path, writing);
+  if (format != "glb" && (options.is_compact() || options.no_mesh)) {
+    throw Error(ErrorKind::kUsage, "--compact and --no-mesh are for GLB outputs");
+  }
+  if (format == "glb" && options.up_axis != "y") {
+    throw Error(ErrorKind::kUsage, "--up is for BVH outputs; a GLB has +Y up by its specification");
+  }
+  return format;
+}
+
+void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
+                const ClipSource& source, const WriteClipOptions& options) {
+  const std::string format = check_clip_output(path, options);
+  if (format == "glb") {
+    io::GlbWriteOptions glb{.bone_mesh = !options.no_mesh};
+    if (options.is_compact()) glb.compact.emplace();
+    if (options.compact_tolerance_deg) {
+      glb.compact->rotation_tolerance_rad =
+          *options.compact_tolerance_deg * std::numbers::pi / 180.0;
+    }
+    if (path != "-") glb.animation_name = fs::path(path).stem().string();
+    const bool keeps_character = source.asset && !options.no_mesh;
+    return write_bytes(path,
+                       keeps_character
+                           ? io::write_glb(*source.asset, clip, source.source_frames, glb)
+                           : io::write_glb(clip, glb),
+                       common);
+  }
+  io::WriteOptions writing;
+  writing.unit_m = source.unit_m;
+  writing.up_axis = *up_axis_named(options.up_axis);
+  const io::ClipBytes file = io::format_clip(clip, format, writing);
   for (const std::string& rename : file.renames) warn(common, path + ": " + rename);
   write_bytes(path, file.bytes, common);
 }

@@ -33,6 +33,10 @@ struct CapturedClip {
   motion::Capture capture;  ///< without a T-pose frame
   InputRecord record;
 
+  /// Frames of the file that come before the motion: 1 if it begins with a T-pose, else 0.
+  [[nodiscard]] int first_frame() const {
+    return file.clip.frame_count() - capture.clip.frame_count();
+  }
   /// At its own rate, or resampled to another one.
   [[nodiscard]] motion::PoseMatrix pose(std::optional<double> frame_rate_hz = std::nullopt) const;
 };
@@ -45,9 +49,10 @@ struct ReadClipOptions {
   std::string map;           ///< JSON file: standard joint -> joint name
   std::string up_axis;       ///< "x", "y" or "z"; empty: found from the body
   std::string skeleton;      ///< .asf file of an AMC; empty: found beside it
+  std::string animation;     ///< of a glTF file: its name or index; empty: the first
 };
 
-/// Adds --unit, --fps, --input-format, --skeleton, --input-up, --map.
+/// Adds --unit, --fps, --input-format, --skeleton, --input-up, --map, --animation.
 void add_read_options(CLI::App* verb, ReadClipOptions& options);
 
 /// "x", "y" or "z" as an axis, and back. Empty: nullopt.
@@ -72,10 +77,39 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options);
 
 /// Writes bytes to a path, or to stdout for "-".
 void write_bytes(const std::string& path, const std::string& bytes, const Common& common);
-/// Writes a clip in the format of the path's ending; renamed joints are told as warnings.
+/// Options with which every verb that writes clips writes them.
+struct WriteClipOptions {
+  std::string format;         ///< needed for "-", stdout
+  std::string up_axis = "y";  ///< "x", "y" or "z", of a BVH output
+  bool no_mesh = false;
+  bool compact = false;
+  std::optional<double> compact_tolerance_deg;  ///< implies compact
+
+  [[nodiscard]] bool is_compact() const { return compact || compact_tolerance_deg; }
+};
+
+/// Adds --format, --up, --no-mesh, --compact, --compact-tolerance.
+void add_write_options(CLI::App* verb, WriteClipOptions& options);
+
+/// The format that a clip is to be written in, "bvh" or "glb".
+/// @throws Error{kUsage} if it is neither, or an option is for another format.
+std::string check_clip_output(const std::string& path, const WriteClipOptions& options);
+
+/// Where a clip comes from, for what of it an output can keep.
+struct ClipSource {
+  double unit_m = 0.01;  ///< of a BVH output
+  /// A glTF file whose character plays the clip; null: none.
+  std::shared_ptr<const io::GltfAsset> asset = nullptr;
+  /// For each frame of the clip the frame of the asset's clip that shows the same moment; empty:
+  /// the same time.
+  std::vector<double> source_frames = {};
+};
+
+/// Writes a clip in the format of the path's ending; renamed joints are told as warnings. A GLB of
+/// a clip that came from a glTF file is that file with a new animation, unless there shall be no
+/// mesh.
 void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
-                double unit_m = 0.01, const std::string& format = {},
-                motion::UpAxis up_axis = motion::UpAxis::kY);
+                const ClipSource& source = {}, const WriteClipOptions& options = {});
 /// "csv" or "npy" if that is the format given or, without one, the path's ending; else empty.
 [[nodiscard]] std::string table_format(const std::string& path, const std::string& format = {});
 /// Writes a table in its format. @throws Error{kUsage} if that is neither CSV nor NPY.

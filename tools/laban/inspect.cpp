@@ -51,6 +51,10 @@ void print(const InspectVerb& verb, const Json& clip) {
              clip["unit_m"].get<double>(),
              clip["unit_guessed"].get<bool>() ? " (guessed from the body's size)" : "",
              clip["up_axis"].get<std::string>(), clip["extent_m"].get<double>());
+  for (std::size_t a = 0; a < clip["animations"].size(); ++a) {
+    fmt::print("animation {}: {}{}\n", a, clip["animations"][a].get<std::string>(),
+               clip["animation"] == a ? " (read)" : "");
+  }
   const Json& rig = clip["rig"];
   if (rig.contains("problem")) {
     fmt::print("no person found: {}\n", rig["problem"].get<std::string>());
@@ -84,6 +88,8 @@ void inspect_clip(const InspectVerb& verb, const std::string& bytes) {
                      {"up_axis", name_of(file.up_axis)},
                      {"extent_m", body_extent_m(clip, clip.frame_count() / 2)},
                      {"rig", rig},
+                     {"animations", file.animations},
+                     {"animation", file.animations.empty() ? Json() : Json(file.animation)},
                      {"warnings", file.warnings}};
   if (verb.common.json) {
     fmt::print("{}\n", json.dump(2));

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "laban/io/gltf.h"
 #include "laban/motion/clip.h"
 #include "laban/motion/up_axis.h"
 
@@ -16,13 +17,16 @@ struct ReadOptions {
   std::optional<double> unit_m = {};
   /// Overrides the file's frame rate, > 0, Hz.
   std::optional<double> frame_rate_hz = {};
-  /// "bvh", "asf" or "amc"; nullopt: by content, else by the name's ending.
+  /// "bvh", "gltf" (both .gltf and .glb), "asf" or "amc"; nullopt: by content, else by the name's
+  /// ending.
   std::optional<std::string> input_format = {};
   /// The file's axis that points up, where its format leaves it open (BVH); nullopt: found from how
   /// the body stands (motion::find_up_axis).
   std::optional<motion::UpAxis> up_axis = {};
-  /// Where companion files may be read from, such as an AMC's skeleton; nullopt: none is read.
-  /// read_clip sets it to the path's folder.
+  /// Of a file with several animations (glTF), the name of one, else its index; nullopt: the first.
+  std::optional<std::string> animation = {};
+  /// Where files that the file names, or that belong to it such as an AMC's skeleton, may be found;
+  /// nullopt: nowhere. read_clip sets it to the file's own folder.
   std::optional<std::filesystem::path> folder = {};
   /// The .asf of an AMC; nullopt: the one in `folder` of the same stem, else of the longest stem
   /// that the AMC's begins with, else the only one there.
@@ -35,10 +39,15 @@ struct ClipFile {
   bool unit_guessed = false;  ///< true if neither file nor options told it
   /// Which axis of the file points up; the clip has been turned to +Y.
   motion::UpAxis up_axis = motion::UpAxis::kY;
-  std::string format;                 ///< "bvh", "asf" or "amc"
+  std::string format;                 ///< "bvh", "gltf", "asf" or "amc"
   std::vector<std::string> warnings;  ///< each "name:line:column: ..."
   /// True if neither file nor options told the rate: an AMC is taken to have 120 Hz.
   bool frame_rate_guessed = false;
+  /// Names of all animations of a glTF file, and the index of the one that was read.
+  std::vector<std::string> animations = {};
+  std::size_t animation = 0;
+  /// What a glTF file holds beside the clip, to be written back with another one (write_glb).
+  std::shared_ptr<const GltfAsset> asset = {};
 };
 
 /// A clip from the bytes of a file of any format we read. An ASF gives one frame of its skeleton at
@@ -46,9 +55,9 @@ struct ClipFile {
 ///
 /// @param name  of the file, for messages and, by its ending, for the format.
 /// @throws Error{kUsage} if input_format is unknown or options have a wrong value; Error{kFormat}
-///         if the format is not recognised, is one that is not read (glTF, FBX, C3D: the message
-///         names it and the way out), or the file is malformed; Error{kIo} if the skeleton of an
-///         AMC is not found or cannot be read.
+///         if the format is not recognised, is one that is not read (FBX, C3D: the message names it
+///         and the way out), or the file is malformed; Error{kIo} if the skeleton of an AMC is not
+///         found or cannot be read.
 [[nodiscard]] ClipFile parse_clip(std::string_view bytes, std::string_view name,
                                   const ReadOptions& options = {});
 
@@ -71,6 +80,8 @@ struct WriteOptions {
   motion::UpAxis up_axis = motion::UpAxis::kY;
   /// Add a mesh of the bones, where the format can hold one (GLB).
   bool bone_mesh = true;
+  /// Fewer and shorter keys, where the format can hold them (GLB).
+  std::optional<GlbCompactOptions> compact = {};
 };
 
 struct ClipBytes {
