@@ -680,18 +680,28 @@ const json* extra(const json& object, const char* key) {
   return found == extras->end() ? nullptr : &*found;
 }
 
-/// What we keep in `extras`: taken where it is as we write it, else left alone.
-void read_extras(const json& source, std::vector<GltfNode>& nodes) {
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    const json* end = extra(source["nodes"][n], "end_site");
-    if (end == nullptr || !end->is_array() || end->size() != 3) continue;
-    Eigen::Vector3d place;
-    bool good = true;
-    for (std::size_t i = 0; i < 3; ++i) {
-      good = good && (*end)[i].is_number() && std::abs((*end)[i].get<double>()) <= kLargest;
-      if (good) place[static_cast<Eigen::Index>(i)] = (*end)[i].get<double>();
-    }
-    if (good) nodes[n].end_site = place;
+/// `size` finite numbers that we keep in `extras`: taken where they are as we write them, else left
+/// alone.
+std::optional<std::vector<double>> extra_numbers(const json& object, const char* key,
+                                                 std::size_t size) {
+  const json* list = extra(object, key);
+  if (list == nullptr || !list->is_array() || list->size() != size) return std::nullopt;
+  std::vector<double> values;
+  for (const json& value : *list) {
+    if (!value.is_number() || !(std::abs(value.get<double>()) <= kLargest)) return std::nullopt;
+    values.push_back(value.get<double>());
+  }
+  return values;
+}
+
+void read_extras(const json& source, GltfModel& model) {
+  for (std::size_t n = 0; n < model.nodes.size(); ++n) {
+    const auto end = extra_numbers(source["nodes"][n], "end_site", 3);
+    if (end) model.nodes[n].end_site = Eigen::Vector3d(end->data());
+  }
+  for (std::size_t s = 0; s < model.skins.size(); ++s) {
+    const auto matrix = extra_numbers(source["skins"][s], "model_from_mesh", 16);
+    if (matrix) model.skins[s].model_from_mesh = Eigen::Matrix4d(matrix->data());
   }
 }
 
@@ -780,9 +790,8 @@ GltfModel read_gltf_model(const GltfDocument& document, std::string_view name,
       model.nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(n);
     }
   }
-  if (!model.nodes.empty()) read_extras(document.json, model.nodes);
   for (const tinygltf::Skin& skin : loaded.skins) {
-    model.skins.push_back({skin.joints, {}});
+    model.skins.push_back({skin.joints, {}, {}});
     if (skin.inverseBindMatrices >= 0) {
       model.skins.back().inverse_bind = accessor_of(loaded, skin.inverseBindMatrices);
     }
@@ -790,6 +799,7 @@ GltfModel read_gltf_model(const GltfDocument& document, std::string_view name,
   for (const tinygltf::AnimationChannel& channel : loaded.animations.front().channels) {
     model.channels.push_back(channel_of(loaded, channel));
   }
+  read_extras(document.json, model);
   const json* rate = extra(animations[model.animation], "frame_rate_hz");
   if (rate != nullptr && rate->is_number() && rate->get<double>() > 0.0 &&
       rate->get<double>() <= 1e6) {

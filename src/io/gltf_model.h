@@ -68,6 +68,8 @@ struct GltfNode {
 struct GltfSkin {
   std::vector<int> joints;
   std::optional<GltfAccessor> inverse_bind;  ///< a 4 x 4 matrix a joint, by columns
+  /// Where the mesh was bound; ours alone (`extras.model_from_mesh`).
+  std::optional<Eigen::Matrix4d> model_from_mesh;
 };
 
 /// What of a document has to do with motion, every index checked: nodes form disjoint trees, joints

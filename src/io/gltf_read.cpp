@@ -219,6 +219,7 @@ Matrix4d model_from_mesh(const GltfModel& model, std::size_t which,
                          const std::vector<Matrix4d>& mesh_from_joint,
                          const std::vector<GltfPlace>& places) {
   const GltfSkin& skin = model.skins[which];
+  if (skin.model_from_mesh && rigid_rotation(*skin.model_from_mesh)) return *skin.model_from_mesh;
   std::vector<Matrix4d> candidates;
   for (std::size_t n = 0; n < model.nodes.size() && candidates.empty(); ++n) {
     if (model.nodes[n].skin == static_cast<int>(which)) candidates.push_back(matrix_of(places[n]));

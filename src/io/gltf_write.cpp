@@ -7,6 +7,7 @@
 
 #include "io/glb_animation.h"
 #include "io/gltf_asset.h"
+#include "io/gltf_mend.h"
 #include "io/gltf_sampler.h"
 
 namespace laban::io {
@@ -222,6 +223,7 @@ std::string write_glb(const GltfAsset& asset, const motion::Clip& clip,
   add_joint_tracks(asset, player, solver, options, animation, document["nodes"]);
   add_other_tracks(asset, player, times, animation);
   std::string binary = asset.document.binary;
+  mend_skinned_meshes(asset.model, document, binary);
   std::move(animation).finish(document, binary);
   if (!document.contains("buffers")) document["buffers"] = json::array({json::object()});
   document["buffers"][0]["byteLength"] = binary.size();
