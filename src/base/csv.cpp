@@ -24,6 +24,10 @@ class Reader {
     const std::size_t begin = at_;
     while (true) {
       row.fields.push_back(field());
+      if (++field_count_ > kMaxCsvFields) {
+        fail(line_, "more than " + std::to_string(kMaxCsvFields) +
+                        " fields, the most that are read; split the table");
+      }
       if (done() || text_[at_] != ',') break;
       ++at_;
     }
@@ -88,6 +92,7 @@ class Reader {
   std::string_view name_;
   std::size_t at_ = 0;
   int line_ = 1;
+  std::size_t field_count_ = 0;
 };
 
 }  // namespace
@@ -97,7 +102,13 @@ std::vector<CsvRow> parse_csv(std::string_view text, std::string_view name) {
   for (Reader reader(text, name); !reader.done();) {
     bool blank = false;
     CsvRow row = reader.record(blank);
-    if (!blank) rows.push_back(std::move(row));
+    if (blank) continue;
+    if (rows.size() == kMaxCsvRows) {
+      throw Error(ErrorKind::kFormat, std::string(name) + ":" + std::to_string(row.line) +
+                                          ": more than " + std::to_string(kMaxCsvRows) +
+                                          " rows, the most that are read; split the table");
+    }
+    rows.push_back(std::move(row));
   }
   return rows;
 }

@@ -1,8 +1,10 @@
 #include "laban/base/container.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "laban/base/sha256.h"
 
 namespace laban::base {
 namespace {
@@ -54,6 +56,70 @@ TEST(Container, ANewerVersionIsRefusedByNumber) {
   EXPECT_EQ(message_of(write_container(example()), "laban.test", 1),
             "x.laban: its format version is 2, this laban reads up to 1; update laban or train the "
             "model again");
+}
+
+TEST(Container, AVersionThatNeverWasIsRefusedByNumber) {
+  std::string bytes = write_container(example());
+  bytes[40] = 0;  // the version, after magic and kind; it is looked at before the checksum
+  EXPECT_EQ(message_of(bytes),
+            "x.laban: its format version is 0, this laban reads up to 2; update laban or train the "
+            "model again");
+}
+
+TEST(Container, AnOlderVersionIsGivenToTheCaller) {
+  EXPECT_EQ(read_container(write_container(example()), "x", "laban.test", 7).version, 2);
+}
+
+/// The bytes with a checksum that is right again.
+std::string sealed(std::string bytes) {
+  bytes.resize(bytes.size() - 64);
+  return bytes + sha256_hex(bytes);
+}
+
+// Files made to harm: the checksum is right, the sizes are not. None may cost memory.
+TEST(Container, SizesBeyondTheFileAreRefusedWhateverTheChecksumSays) {
+  const std::string bytes = write_container(example());
+  const std::size_t arrays_at = 8 + 32 + 4 + 4 + 8 + example().header_json.size();
+  struct Change {
+    std::size_t at;
+    std::string bytes;
+    std::string message;
+  };
+  const std::string most(4, '\xff');
+  const std::vector<Change> changes = {
+      {44, most, "it ends inside an array's name"},         // array count
+      {48, most + most, "it ends inside its header"},       // header size
+      {48, std::string(8, '\0'), "x.laban: it "},           // none: what follows is read wrongly
+      {arrays_at, most, "it ends inside an array's name"},  // name size
+      {arrays_at + 5, most, "has an impossible size"},      // rows
+      {arrays_at + 9, most, "has an impossible size"},      // cols
+      {arrays_at + 5, std::string("\xff\xff\xff\x0f\xff\xff\xff\x0f"), "it ends inside an array"},
+      {arrays_at + 5, std::string("\1\0\0\0", 4), "x.laban: it "},
+      {44, std::string("\1\0\0\0", 4), "it has bytes after its last array"},
+      {arrays_at + 5, std::string("\0\0\0\0\xff\xff\xff\x7f", 8), "x.laban: it "},
+  };
+  for (const Change& change : changes) {
+    SCOPED_TRACE(change.message);
+    std::string harmful = bytes;
+    harmful.replace(change.at, change.bytes.size(), change.bytes);
+    EXPECT_THAT(message_of(sealed(harmful)), ::testing::HasSubstr(change.message));
+  }
+}
+
+TEST(Container, AHeaderBeyondAllNeedIsRefused) {
+  Container container = example();
+  container.header_json.assign((std::size_t{8} << 20U) + 1, ' ');
+  EXPECT_EQ(message_of(write_container(container)), "x.laban: its header is larger than 8 MB");
+}
+
+TEST(Container, AnArrayThatIsThereTwiceIsRefused) {
+  Container container = example();
+  container.arrays["b"] = {1, 1, {0.0}};
+  std::string bytes = write_container(container);
+  const std::size_t at = bytes.find("b\1");
+  ASSERT_NE(at, std::string::npos);
+  bytes[at] = 'a';
+  EXPECT_EQ(message_of(sealed(bytes)), "x.laban: array 'a' is there twice");
 }
 
 TEST(Container, AnotherKindIsRefusedByName) {

@@ -60,6 +60,18 @@ TEST(Csv, NamesTheLineOfWhatIsMalformed) {
   EXPECT_EQ(problem_of(std::string("\"a\n\0\"", 5)), "t.csv:2: a NUL byte (is this a text file?)");
 }
 
+TEST(Csv, RefusesMoreRowsOrFieldsThanItSays) {
+  std::string rows;
+  for (std::size_t i = 0; i < kMaxCsvRows; ++i) rows += "a\n";
+  EXPECT_EQ(parse_csv(rows, "t.csv").size(), kMaxCsvRows);
+  EXPECT_EQ(problem_of(rows + "a\n"),
+            "t.csv:50001: more than 50000 rows, the most that are read; split the table");
+  std::string fields = "a\n";
+  fields.append(kMaxCsvFields, ',');
+  EXPECT_EQ(problem_of(fields),
+            "t.csv:2: more than 1000000 fields, the most that are read; split the table");
+}
+
 // Every text made of the awkward characters either parses or is refused as Error{kFormat}; what
 // parses comes back after writing.
 TEST(Csv, EveryAwkwardTextIsReadOrRefusedAndWhatIsReadSurvivesWriting) {

@@ -34,15 +34,19 @@ std::vector<std::string> files_in(const fs::path& folder) {
   return names;
 }
 
-Outcome run_laban(const std::string& arguments, const fs::path& folder) {
+Outcome run_shell(const std::string& commands, const fs::path& folder) {
   const fs::path logs = folder.string() + ".log";
   fs::create_directories(logs);
-  const std::string command = "cd '" + folder.string() + "' && '" LABAN_PROGRAM "' " + arguments +
-                              " >'" + (logs / "out").string() + "' 2>'" + (logs / "err").string() +
-                              "'";
+  const std::string command = "cd '" + folder.string() + "' && laban='" LABAN_PROGRAM "' && { " +
+                              commands + "\n} >'" + (logs / "out").string() + "' 2>'" +
+                              (logs / "err").string() + "'";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, bytes_of(logs / "out"),
           bytes_of(logs / "err")};
+}
+
+Outcome run_laban(const std::string& arguments, const fs::path& folder) {
+  return run_shell("\"$laban\" " + arguments, folder);
 }
 
 }  // namespace laban::test

@@ -16,6 +16,9 @@ struct Outcome {
 /// Runs `laban ARGUMENTS` through the shell, in `folder`.
 [[nodiscard]] Outcome run_laban(const std::string& arguments, const std::filesystem::path& folder);
 
+/// Runs shell commands in `folder`, in which "$laban" is the program.
+[[nodiscard]] Outcome run_shell(const std::string& commands, const std::filesystem::path& folder);
+
 /// An empty folder of this test's own.
 [[nodiscard]] std::filesystem::path fresh_folder();
 

@@ -216,7 +216,6 @@ void add_convert(CLI::App& app) {
   add_effort_curve_options(sub, verb->effort);
   add_read_options(sub, verb->reading);
   add_write_options(sub, verb->writing);
-  add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true});
   sub->callback([verb] { run(*verb); });
 }

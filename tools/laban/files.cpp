@@ -1,8 +1,10 @@
 #include "files.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <iostream>
 #include <iterator>
 #include <map>
@@ -200,7 +202,10 @@ CapturedClip read_captured_clip(const std::string& path, const ReadClipOptions& 
 
 void write_bytes(const std::string& path, const std::string& bytes, const Common& common) {
   if (path != "-") return base::write_file(path, bytes, common.writing());
-  std::fwrite(bytes.data(), 1, bytes.size(), stdout);
+  if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() ||
+      std::fflush(stdout) != 0) {
+    throw Error(ErrorKind::kIo, std::string("stdout: cannot be written: ") + std::strerror(errno));
+  }
 }
 
 std::string check_clip_output(const std::string& path, const WriteClipOptions& options) {

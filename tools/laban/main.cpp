@@ -1,9 +1,15 @@
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <new>
+#include <system_error>
 
+#include <fcntl.h>
 #include <fmt/core.h>
+#include <unistd.h>
 
+#include "laban/base/atomic_file.h"
 #include "laban/base/error.h"
 #include "laban/base/version.h"
 
@@ -51,6 +57,24 @@ int exit_code(base::ErrorKind kind) {
       return 1;
   }
   return 1;
+}
+
+/// Ends the program as the shell's users know it, 130 for an interrupt, without a file left aside.
+void end_at_signal(int signal) {
+  base::remove_unfinished_files();
+  std::_Exit(128 + signal);
+}
+
+void set_up_process() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, end_at_signal);
+  // A file beyond the limit on its size (ulimit -f) is an error to report, not a reason to die.
+  std::signal(SIGXFSZ, SIG_IGN);
+  // A closed stdin, stdout or stderr would give its number to the next file that is opened, and
+  // what is printed would end up in there.
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // Read-only: to write there still fails.
+    if (::fcntl(fd, F_GETFD) < 0) static_cast<void>(::open("/dev/null", O_RDONLY));
+  }
 }
 
 int run(int argc, char** argv) {
@@ -111,14 +135,29 @@ int run(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return failed("out of memory; try a shorter clip or a smaller database", 6);
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) throw;  // fmt::print
     return failed(std::string("bug in laban: ") + error.what(), 1);
   }
+}
+
+/// run(), and an error if what it has printed does not arrive.
+int run_and_flush(int argc, char** argv) {
+  int code = 0;
+  try {
+    code = run(argc, argv);
+  } catch (const std::system_error& error) {
+    errno = error.code().value();
+  }
+  const bool arrived = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+  if (arrived || code != 0) return code;
+  fmt::print(stderr, "laban: stdout: cannot be written: {}\n", std::strerror(errno));
+  return 3;
 }
 
 }  // namespace
 }  // namespace laban::cli
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, [](int) { std::_Exit(130); });
-  return laban::cli::run(argc, argv);
+  laban::cli::set_up_process();
+  return laban::cli::run_and_flush(argc, argv);
 }

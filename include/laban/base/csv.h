@@ -1,10 +1,16 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace laban::base {
+
+/// Most records, and most fields in all of them, that a CSV text may have. Far above any table of
+/// labels; a field takes 32 bytes of memory but only one of the text.
+inline constexpr std::size_t kMaxCsvRows = 50'000;
+inline constexpr std::size_t kMaxCsvFields = 1'000'000;
 
 /// One record of a CSV text.
 struct CsvRow {
@@ -19,7 +25,7 @@ struct CsvRow {
 /// dropped, blank lines are skipped, the last line need not end. Spaces are kept.
 /// @param name  of the file, for messages.
 /// @throws Error{kFormat} "name:line: ..." for an unclosed quote, text after a closing quote, a
-///         quote inside an unquoted field or a NUL byte.
+///         quote inside an unquoted field, a NUL byte, more than kMaxCsvRows or kMaxCsvFields.
 [[nodiscard]] std::vector<CsvRow> parse_csv(std::string_view text, std::string_view name);
 
 /// One record with LF at its end; fields that need quotes get them. A record of one empty field is

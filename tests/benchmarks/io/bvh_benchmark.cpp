@@ -1,6 +1,7 @@
 // A BVH file of 100 MB, 43 joints at six decimals, from disk into a Clip: bytes a second and the
 // memory that takes, as a multiple of the clip it makes. The file is in the page cache.
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -12,7 +13,6 @@
 #include <unistd.h>
 
 #include "laban/base/rng.h"
-#include "laban/io/bvh.h"
 #include "laban/io/clip_file.h"
 
 namespace laban::io {
