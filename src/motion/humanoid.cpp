@@ -1,5 +1,7 @@
 #include "laban/motion/humanoid.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -52,11 +54,38 @@ std::map<std::string, int> normalised_names(const Skeleton& skeleton) {
   return names;
 }
 
-Match match(const RigTable& table, const std::map<std::string, int>& names,
-            const JointIndices& told) {
+bool has_prefix(const Skeleton& skeleton, const std::string& prefix) {
+  if (prefix.empty()) return true;
+  return std::any_of(skeleton.joints().begin(), skeleton.joints().end(), [&](const Joint& joint) {
+    std::string name = joint.name;
+    for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return name.find(prefix) != std::string::npos;
+  });
+}
+
+/// False if a table tells where the bones of arms and legs lie and this skeleton's lie otherwise.
+bool bones_lie_as_told(const RigTable& table, const Skeleton& skeleton,
+                       const JointIndices& joints) {
+  // Rigs of such a family have them along the axis to a degree; others are anywhere.
+  constexpr double kCosTolerance = 0.94;  // 20 degrees
+  return std::all_of(table.axes.begin(), table.axes.end(), [&](const AxisHint& hint) {
+    using enum StandardJoint;
+    const bool limb = hint.joint == kLeftUpperArm || hint.joint == kRightUpperArm ||
+                      hint.joint == kLeftForearm || hint.joint == kRightForearm ||
+                      hint.joint == kLeftThigh || hint.joint == kRightThigh ||
+                      hint.joint == kLeftShin || hint.joint == kRightShin;
+    const std::optional<int>& next = joints[static_cast<std::size_t>(index_of(hint.joint)) + 1];
+    if (!limb || !next) return true;
+    return skeleton.joint(*next).rest_offset.normalized().dot(hint.first_local) > kCosTolerance;
+  });
+}
+
+Match match(const RigTable& table, const Skeleton& skeleton,
+            const std::map<std::string, int>& names, const JointIndices& told) {
   Match result;
   result.table = &table;
   result.joints = told;
+  if (!has_prefix(skeleton, table.prefix)) return result;
   for (const std::string& needed : table.signature) {
     if (names.count(needed) == 0) return result;
   }
@@ -74,6 +103,7 @@ Match match(const RigTable& table, const std::map<std::string, int>& names,
     }
     result.found += result.joints[s].has_value() ? 1 : 0;
   }
+  if (!bones_lie_as_told(table, skeleton, result.joints)) result.found = 0;
   return result;
 }
 
@@ -83,7 +113,7 @@ Match best_match(const Skeleton& skeleton, const HumanoidOptions& options) {
   Match best;
   best.found = -1;
   for (const RigTable& table : rig_tables()) {
-    Match candidate = match(table, names, told);
+    Match candidate = match(table, skeleton, names, told);
     if (candidate.found > best.found) best = candidate;
   }
   return best;
@@ -96,13 +126,18 @@ void require_all(const Match& match, const Skeleton& skeleton) {
     missing += (missing.empty() ? "" : ", ") + name_of(s);
   }
   if (missing.empty()) return;
+  constexpr int kMostShown = 60;
   std::string seen;
-  for (const Joint& joint : skeleton.joints()) {
-    seen += (seen.empty() ? "'" : ", '") + joint.name + "'";
+  for (int j = 0; j < std::min(kMostShown, skeleton.joint_count()); ++j) {
+    seen += (seen.empty() ? "'" : ", '") + skeleton.joint(j).name + "'";
   }
-  throw Error(ErrorKind::kData, "humanoid: no joint of the skeleton plays " + missing +
-                                    " (nearest name table: " + match.table->rig_name +
-                                    "); its joints are " + seen);
+  if (skeleton.joint_count() > kMostShown) {
+    seen += " and " + std::to_string(skeleton.joint_count() - kMostShown) + " more";
+  }
+  throw Error(ErrorKind::kData,
+              "humanoid: no joint of the skeleton plays " + missing +
+                  " (nearest name table: " + match.table->rig_name +
+                  "); name the joints that do in a JSON file (--map); its joints are " + seen);
 }
 
 }  // namespace

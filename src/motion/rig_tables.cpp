@@ -3,6 +3,7 @@
 #include <cctype>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 namespace laban::motion {
 namespace {
@@ -154,13 +155,73 @@ RigTable cmu_43() {
 }
 
 RigTable mixamo() {
-  return named("mixamo",
-               {{{"hips"},
-                 {"spine"},
-                 {"spine5", "spine4", "spine3", "spine2", "spine1"},
-                 {"neck"},
-                 {"head"}}},
-               kMotionBuilderSides, "left", "right");
+  RigTable table = named("mixamo",
+                         {{{"hips"},
+                           {"spine"},
+                           {"spine5", "spine4", "spine3", "spine2", "spine1"},
+                           {"neck"},
+                           {"head"}}},
+                         kMotionBuilderSides, "left", "right");
+  table.prefix = "mixamorig";
+  return table;
+}
+
+/// Ubisoft's LAFAN1: MotionBuilder's names, but the zero pose lays every bone along its joint's x
+/// axis. Axes as in the first frame of its files, a T-pose to about 10 degrees: the torso's x up, y
+/// forward; legs' x down, y forward; arms' x outward, y backward. The foot's x axis falls to the
+/// toe by 25 degrees where it stands flat.
+RigTable lafan() {
+  RigTable table = named(
+      "lafan1", {{{"hips"}, {"spine"}, {"spine2"}, {"neck"}, {"head"}}},
+      {{"*shoulder"}, {"*arm"}, {"*forearm"}, {"*hand"}, {"*upleg"}, {"*leg"}, {"*foot"}, {"*toe"}},
+      "left", "right");
+  const Vector3d x = Vector3d::UnitX();
+  const Vector3d y = Vector3d::UnitY();
+  const Vector3d z = Vector3d::UnitZ();
+  using enum StandardJoint;
+  for (const StandardJoint joint : {kHips, kSpine, kChest, kNeck, kHead}) {
+    table.axes.push_back({joint, x, y, y, z});
+  }
+  const Vector3d foot(0.0, -std::sin(25.0 * kDegree), std::cos(25.0 * kDegree));
+  const std::array<Vector3d, 4> leg_bones = {-y, -y, foot, z};
+  for (const auto& [clavicle, thigh, outward] :
+       {std::tuple(kLeftClavicle, kLeftThigh, x),
+        std::tuple(kRightClavicle, kRightThigh, Vector3d(-x))}) {
+    for (int i = 0; i < 4; ++i) {
+      table.axes.push_back({static_cast<StandardJoint>(index_of(clavicle) + i), x, outward, y, -z});
+      table.axes.push_back({static_cast<StandardJoint>(index_of(thigh) + i), x,
+                            leg_bones[static_cast<std::size_t>(i)], z, -x});
+    }
+  }
+  return table;
+}
+
+/// Blender's Rigify, metarig and deformation bones ("DEF-upper_arm.L"): one chain of spine bones
+/// from the pelvis ("spine") to the head ("spine.006").
+RigTable rigify() {
+  return named(
+      "rigify",
+      {{{"spine"}, {"spine001"}, {"spine003"}, {"spine004", "neck"}, {"spine006", "head"}}},
+      {{"shoulder*"},
+       {"upperarm*"},
+       {"forearm*"},
+       {"hand*"},
+       {"thigh*"},
+       {"shin*"},
+       {"foot*"},
+       {"toe*"}},
+      "l", "r");
+}
+
+/// SMPL, SMPL-H and HumanML3D: joints named by the joint, "L_Hip" or "left_hip".
+RigTable smpl() {
+  const SideNames sides = {{"*collar"}, {"*shoulder"}, {"*elbow"}, {"*wrist"},
+                           {"*hip"},    {"*knee"},     {"*ankle"}, {"*foot"}};
+  RigTable table =
+      named("smpl", {{{"pelvis"}, {"spine1"}, {"spine3"}, {"neck"}, {"head"}}}, sides, "l", "r");
+  set_side(table, sides, "left", StandardJoint::kLeftClavicle, StandardJoint::kLeftThigh);
+  set_side(table, sides, "right", StandardJoint::kRightClavicle, StandardJoint::kRightThigh);
+  return table;
 }
 
 RigTable standard() {
@@ -303,8 +364,9 @@ RigTable acclaim() {
 }
 
 std::vector<RigTable> build_tables() {
-  return {bandai(), cmu_31(), cmu_43(), mixamo(), standard(),  motion_builder(), biped(),
-          unreal(), unity(),  vrm(),    xsens(),  xsens_bvh(), rokoko(),         acclaim()};
+  return {bandai(),         cmu_31(), cmu_43(),  lafan(),  mixamo(), standard(),
+          motion_builder(), biped(),  unreal(),  unity(),  vrm(),    xsens(),
+          xsens_bvh(),      rokoko(), acclaim(), rigify(), smpl()};
 }
 
 }  // namespace
@@ -315,8 +377,11 @@ const std::vector<RigTable>& rig_tables() {
 }
 
 std::string normalised_joint_name(std::string_view name) {
-  const auto colon = name.rfind(':');
-  if (colon != std::string_view::npos && colon + 1 < name.size()) name.remove_prefix(colon + 1);
+  const auto space = name.find_last_of(":|/");
+  if (space != std::string_view::npos && space + 1 < name.size()) name.remove_prefix(space + 1);
+  for (const std::string_view prefix : {"DEF-", "DEF_", "ORG-"}) {
+    if (name.starts_with(prefix) && name.size() > prefix.size()) name.remove_prefix(prefix.size());
+  }
   std::string plain;
   for (const char c : name) {
     const auto letter = static_cast<unsigned char>(c);

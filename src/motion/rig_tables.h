@@ -40,20 +40,26 @@ struct RigTable {
   std::string rig_name;
   /// Normalised names by standard joint, best first.
   std::array<std::vector<std::string>, kStandardJointCount> names;
+  /// What the joints' names of this family have before the normalised one, lower case, such as
+  /// "mixamorig"; empty: nothing in common.
+  std::string prefix;
   /// Normalised names without which a skeleton is not of this family.
   std::vector<std::string> signature;
   /// Files begin with a T-pose frame.
   bool t_pose_frame = false;
   std::vector<TPoseRotation> t_pose;
-  std::vector<AxisHint> axes;  ///< empty: the rest skeleton stands upright
+  /// Empty: the rest skeleton stands upright. Else the first axis of an arm's or leg's joint lies
+  /// along its bone; a skeleton whose bones lie otherwise is not of this family.
+  std::vector<AxisHint> axes;
   std::vector<LimbHint> limbs;
 };
 
 /// All families, in order of preference.
 [[nodiscard]] const std::vector<RigTable>& rig_tables();
 
-/// A joint name without what rigs add to it: namespace ("mixamorig:"), known prefixes, case and
-/// separators.
+/// A joint name without what rigs add to it: namespace or path ("mixamorig:", "Armature|"), known
+/// prefixes ("Character1_", "Bip01 ", "J_Bip_", Rigify's "DEF-"), case and separators. What comes
+/// after a name stays: "LeftHand_end", "HeadNub" or "upperarm_twist_01_l" are other joints.
 [[nodiscard]] std::string normalised_joint_name(std::string_view name);
 
 }  // namespace laban::motion

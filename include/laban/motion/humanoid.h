@@ -92,17 +92,17 @@ using StandardJointIndices = std::array<std::optional<int>, kStandardJointCount>
 
 /// Finds the standard joints of a clip's skeleton by name and computes the reference pose.
 ///
-/// Names are compared without case, separators and prefixes such as "mixamorig:". Name tables:
-/// Bandai, CMU by cgspeed (31 joints), CMU/Daz (43 joints), Mixamo, the standard body's own names,
-/// MotionBuilder/HIK, 3ds Max Biped, Unreal, Unity/VRM, Xsens, Rokoko, LAFAN, HDM05/ASF. The table
-/// that finds most joints wins, ties go to the first.
+/// Names are compared without case, separators, namespaces and prefixes such as "mixamorig:". Name
+/// tables: Bandai, CMU by cgspeed (31 joints), CMU/Daz (43 joints), LAFAN1, Mixamo, the standard
+/// body's own names, MotionBuilder/HIK, 3ds Max Biped, Unreal, Unity, VRM, Xsens, Rokoko, HDM05/CMU
+/// ASF, Rigify, SMPL. The table that finds most joints wins, ties go to the first.
 ///
 /// The reference is computed from the T-pose frame where the clip begins with one, else from the
 /// rest skeleton: bone directions are turned into the standard T-pose, twist is fixed by a second
 /// direction (knee and elbow hinge, hip line, shoulder line).
 ///
-/// @throws Error{kData} naming the required joints that were not found and the names that were
-/// seen;
+/// @throws Error{kData} naming the required joints that were not found, the nearest table and the
+///         names that were seen;
 ///         Error{kUsage} if options name a joint that the skeleton does not have.
 [[nodiscard]] Humanoid find_humanoid(const Clip& clip, const HumanoidOptions& options = {});
 
