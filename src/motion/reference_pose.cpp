@@ -68,6 +68,19 @@ ModelPose table_pose(const Skeleton& skeleton, const RigTable& table) {
   return pose;
 }
 
+/// Model space of the T-pose frame, without what the table says is the figure's own.
+ModelPose frame_pose(const Clip& clip, const JointIndices& joints, const RigTable& table) {
+  ModelPose pose = forward_kinematics(clip, 0);
+  for (const StandardJoint joint : table.unbent) {
+    const int index = rig_joint(joints, joint);
+    const int parent = clip.skeleton().joint(index).parent;
+    if (parent < 0) continue;
+    pose.rotations[static_cast<std::size_t>(index)] =
+        pose.rotations[static_cast<std::size_t>(parent)];
+  }
+  return pose;
+}
+
 /// Turns the pose about +Y until it faces +Z: the hip line and the shoulder line together point
 /// along +X. (Each alone is askew by up to a degree on captured bodies.)
 ModelPose facing_forward(ModelPose pose, const JointIndices& joints) {
@@ -250,7 +263,7 @@ ReferencePose reference_pose(const Clip& clip, const JointIndices& joints, const
                              bool from_first_frame) {
   ReferencePose reference;
   ModelPose pose =
-      from_first_frame ? forward_kinematics(clip, 0) : table_pose(clip.skeleton(), table);
+      from_first_frame ? frame_pose(clip, joints, table) : table_pose(clip.skeleton(), table);
   if (table.axes.empty()) {
     pose = facing_forward(std::move(pose), joints);
     reference.joints = references_from_pose(pose, joints, table);

@@ -132,7 +132,9 @@ RigTable cmu_31() {
 /// cgspeed's 43-joint conversion of the CMU captures for Daz figures. The figure's own bones bend
 /// the elbow by 17 degrees and turn the feet out by 5 where the captured body, as the 31-joint
 /// files have it, is straight; rotations away from the T-pose frame agree with the 31-joint files
-/// to 2-4 degrees. So the captured body's directions stand in for the figure's.
+/// to 2-4 degrees. So the captured body's directions stand in for the figure's. The T-pose frame
+/// bends the figure's knees by up to 7 degrees to bring its feet to the captured body's, which
+/// stands straight: compared with the ASF, a shin is straight where it is not turned at all.
 RigTable cmu_43() {
   RigTable table = named(
       "cmu-43", {{{"hip"}, {"abdomen"}, {"chest"}, {"neck"}, {"head"}}},
@@ -151,6 +153,7 @@ RigTable cmu_43() {
   table.limbs[1].bone = arm;
   table.limbs[2].bone = leg;
   table.limbs[3].bone = leg;
+  table.unbent = {StandardJoint::kLeftShin, StandardJoint::kRightShin};
   return table;
 }
 

@@ -48,6 +48,9 @@ struct RigTable {
   /// Files begin with a T-pose frame.
   bool t_pose_frame = false;
   std::vector<TPoseRotation> t_pose;
+  /// Joints taken as not turned from their parent in the T-pose frame: what it turns there is the
+  /// figure's, not the body's.
+  std::vector<StandardJoint> unbent;
   /// Empty: the rest skeleton stands upright. Else the first axis of an arm's or leg's joint lies
   /// along its bone; a skeleton whose bones lie otherwise is not of this family.
   std::vector<AxisHint> axes;
