@@ -668,9 +668,48 @@ MotionHead read_motion_head(TextScanner& scanner, std::optional<double> override
   return head;
 }
 
-Motion read_motion(TextScanner& scanner, std::size_t file_size, const Hierarchy& hierarchy,
-                   double unit_m, std::optional<double> override_hz, Warnings& warnings) {
-  const MotionHead head = read_motion_head(scanner, override_hz);
+/// The values of the first row; none if it is not whole, which the rows' reader will tell.
+std::vector<double> peek_first_row(TextScanner scanner, std::size_t column_count) {
+  std::vector<double> row;
+  try {
+    while (row.size() < column_count) {
+      scanner.skip_space();
+      row.push_back(scanner.number());
+    }
+  } catch (const base::Error&) {
+    row.clear();
+  }
+  return row;
+}
+
+bool is_carried_by_positions(const DraftJoint& joint) {
+  if (joint.parent < 0 || !joint.channels || !joint.offset->isZero(0.0)) return false;
+  return std::count_if(joint.channels->begin(), joint.channels->end(), [](const Channel& channel) {
+           return channel.kind == ChannelKind::kPosition;
+         }) == 3;
+}
+
+/// A joint with OFFSET 0 0 0 and position channels, as write_bvh and others write what moves within
+/// its parent, lies at rest where the first row has it: its skeleton would have no bone there.
+void take_offsets_from_first_row(const TextScanner& at_rows, Hierarchy& hierarchy) {
+  if (std::none_of(hierarchy.joints.begin(), hierarchy.joints.end(), is_carried_by_positions)) {
+    return;
+  }
+  const std::vector<double> row = peek_first_row(at_rows, hierarchy.column_count);
+  if (row.empty()) return;
+  for (DraftJoint& joint : hierarchy.joints) {
+    if (!is_carried_by_positions(joint)) continue;
+    for (std::size_t c = 0; c < joint.channels->size(); ++c) {
+      const Channel& channel = (*joint.channels)[c];
+      if (channel.kind == ChannelKind::kPosition) {
+        (*joint.offset)[channel.axis] = row[joint.first_column + c];
+      }
+    }
+  }
+}
+
+Motion read_motion(TextScanner& scanner, const MotionHead& head, std::size_t file_size,
+                   const Hierarchy& hierarchy, double unit_m, Warnings& warnings) {
   const std::size_t rows_begin = scanner.offset();
   const RowLayout layout = make_layout(hierarchy, unit_m);
   // Most joints with position channels repeat their OFFSET. Positions are kept only if one does
@@ -735,11 +774,12 @@ BvhFile read_bvh(std::string_view text, std::string_view name, const BvhReadOpti
   if (!problems.empty()) throw base::Error(base::ErrorKind::kUsage, problems.front());
   TextScanner scanner(text, name);
   Warnings warnings(scanner);
-  const Hierarchy hierarchy = HierarchyReader(scanner, warnings).read();
+  Hierarchy hierarchy = HierarchyReader(scanner, warnings).read();
+  const MotionHead head = read_motion_head(scanner, options.frame_rate_hz);
+  take_offsets_from_first_row(scanner, hierarchy);
   std::vector<motion::Joint> joints = make_joints(hierarchy);
   const double unit_m = options.unit_m ? *options.unit_m : guess_unit_m(joints, warnings);
-  Motion motion =
-      read_motion(scanner, text.size(), hierarchy, unit_m, options.frame_rate_hz, warnings);
+  Motion motion = read_motion(scanner, head, text.size(), hierarchy, unit_m, warnings);
   return {motion::Clip(make_skeleton(std::move(joints), unit_m), motion.frame_rate_hz,
                        std::move(motion.root_positions), std::move(motion.rotations),
                        std::move(motion.translations)),

@@ -12,7 +12,6 @@
 #include "laban/io/bvh.h"
 #include "laban/math/rotation.h"
 
-#include "io/travel.h"
 
 namespace laban::io {
 namespace {
@@ -177,8 +176,9 @@ std::vector<std::string> unique_names(const motion::Skeleton& skeleton) {
 struct Layout {
   std::vector<std::size_t> order;          // joints, depth first
   std::vector<std::vector<int>> children;  // of each joint
-  std::vector<bool> has_positions;         // of each joint
-  std::vector<bool> has_offset;            // of each joint
+  // Joints with position channels. Readers disagree on these: Blender and assimp put them in the
+  // OFFSET's place, three.js adds them to it. So such a joint's OFFSET is 0 0 0.
+  std::vector<bool> has_positions;
 };
 
 Layout make_layout(const motion::Clip& clip) {
@@ -198,11 +198,6 @@ Layout make_layout(const motion::Clip& clip) {
   }
   layout.has_positions.assign(skeleton.joints().size(), false);
   layout.has_positions[0] = true;
-  // Readers disagree on position channels: Blender and assimp put them in the OFFSET's place,
-  // three.js adds them to it. With none they agree.
-  layout.has_offset = travelling_joints(clip);
-  layout.has_offset.flip();
-  layout.has_offset[0] = false;
   if (!clip.has_translations()) return layout;
   for (int f = 0; f < clip.frame_count(); ++f) {
     for (int j = 1; j < clip.joint_count(); ++j) {
@@ -299,7 +294,7 @@ class BvhWriter {
       text_ += (index == 0 ? "ROOT " : "JOINT ") + names_[index] + '\n';
       open_block();
       blocks_.push_back(static_cast<int>(index));
-      write_offset(layout_.has_offset[index] ? joint.rest_offset : Eigen::Vector3d::Zero());
+      write_offset(layout_.has_positions[index] ? Eigen::Vector3d::Zero() : joint.rest_offset);
       write_channels(index);
       if (layout_.children[index].empty()) write_end_site(joint);
     }

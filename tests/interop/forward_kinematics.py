@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""forward_kinematics.py FILE.bvh METRES_PER_UNIT [--added]: where the joints of a BVH are.
+"""forward_kinematics.py FILE.bvh METRES_PER_UNIT: where the joints of a BVH are.
 
 The plain reference that other programs are held to: nothing of laban is in it. Position channels
-stand in the OFFSET's place; with --added they are added to it, which is how three.js reads them.
+stand in the OFFSET's place (three.js adds them to it: the same where the OFFSET is 0 0 0).
 Prints frame,time_s,joint,x,y,z (metres) at evenly spread frames, the first and the last included.
 """
 
@@ -51,7 +51,7 @@ def read_joints(words):
     raise ValueError("there is no MOTION")
 
 
-def place(joints, row, added):
+def place(joints, row):
     """Positions of the joints, file units; a joint's parent comes before it."""
     values = iter(row)
     for joint in joints:
@@ -60,7 +60,7 @@ def place(joints, row, added):
             value = next(values)
             if channel.endswith("position"):
                 axis = "XYZ".index(channel[0])
-                position[axis] = value + (joint["offset"][axis] if added else 0)
+                position[axis] = value
             else:
                 rotation = product(rotation, turn(channel[0], value))
         parent = joint["parent"]
@@ -73,7 +73,7 @@ def place(joints, row, added):
 
 
 def main():
-    path, unit_m, added = sys.argv[1], float(sys.argv[2]), "--added" in sys.argv[3:]
+    path, unit_m = sys.argv[1], float(sys.argv[2])
     with open(path, encoding="utf-8") as file:
         words = iter(file.read().split())
     joints = read_joints(words)
@@ -88,7 +88,7 @@ def main():
         raise ValueError(f"{len(values)} values are not {frame_count} rows of {width}")
     print("frame,time_s,joint,x,y,z")
     for frame in sample_frames(frame_count):
-        positions = place(joints, values[frame * width : (frame + 1) * width], added)
+        positions = place(joints, values[frame * width : (frame + 1) * width])
         for joint, (x, y, z) in zip(joints, positions):
             xyz = f"{x * unit_m:.9f},{y * unit_m:.9f},{z * unit_m:.9f}"
             print(f"{frame},{frame * frame_time_s:.9f},{joint['name']},{xyz}")

@@ -26,20 +26,14 @@ compact_tolerance_m=1e-2
 
 failures=0
 cases=()
-# Files in which a joint below the root both has position channels and keeps an OFFSET: three.js
-# adds the two, where others put the one in the place of the other. Held to that reading.
-added=(awkward bandai_standing)
 skipped() { echo "interop: skipped: $*" >&2; }
 stage() { echo "-- interop: $* ($SECONDS s so far)"; }
 # hold COMMAND..: what must succeed; the others are run all the same.
 hold() { "$@" || failures=$((failures + 1)); }
 compare() { hold python3 "$here/compare.py" "$@"; }
 
-# tell NAME UNIT_M BVH [--added]: writes positions/NAME.csv
-tell() { python3 "$here/forward_kinematics.py" "$3" "$2" "${@:4}" >"positions/$1.csv"; }
-
-# offers VERB WORD: whether the program's verb has this option or format
-offers() { "$laban" help "$1" | grep -qw -- "$2"; }
+# tell NAME UNIT_M BVH: writes positions/NAME.csv
+tell() { python3 "$here/forward_kinematics.py" "$3" "$2" >"positions/$1.csv"; }
 
 # write_case NAME VERB ARGUMENT..: NAME.bvh and NAME.glb of one motion, and where its joints are
 write_case() {
@@ -54,7 +48,6 @@ write_case() {
 add_case() {
   tell "$1" 0.01 "$1.bvh"
   cases+=("$1")
-  offers convert csv || return 0
   "$laban" convert "$1.bvh" --unit 0.01 -o "$1.csv" --force -q >/dev/null
   compare "positions/$1.csv" "$1.csv" $round_trip_m "our table: $1"
 }
@@ -68,20 +61,15 @@ convert_case() {
 
 write_files() {
   local take=$source/data/take.bvh phrase=$source/data/phrase format
-  offers convert csv || skipped "our own table of joint positions: this program writes none"
   convert_case take "$take" 0.01
   # Six channels below the root, a frame rate of 23.976 Hz, turns past 180 degrees, odd names.
   convert_case awkward "$here/awkward.bvh" 0.01
   write_case one_frame convert "$take" --begin 30 --end 31
   write_case resampled convert "$take" --rate 47.5
-  if offers convert --root-motion; then
-    write_case in_place convert "$take" --root-motion in-place
-    write_case root_joint convert "$take" --root-motion root-joint
-  fi
-  if offers convert --mirror; then write_case mirrored convert "$take" --mirror; fi
-  if offers convert --compact; then
-    "$laban" convert "$take" -o compact.glb --compact --force -q >/dev/null
-  fi
+  write_case in_place convert "$take" --root-motion in-place
+  write_case root_joint convert "$take" --root-motion root-joint
+  write_case mirrored convert "$take" --mirror
+  "$laban" convert "$take" -o compact.glb --compact --force -q >/dev/null
   write_case styled apply "$take" --time 2 --flow -1
   write_case blend blend "$phrase"/phrase_walk_{p01,p07}.bvh --alpha 0.4
   for format in bvh glb; do
@@ -105,13 +93,11 @@ write_files() {
 
 # check_positions PROGRAM FORMAT..: what PROGRAM told of each case beside the reference
 check_positions() {
-  local program=$1 name format expected
+  local program=$1 name format
   shift
   for name in "${cases[@]}"; do
     for format in "$@"; do
-      expected=$name
-      [[ "$program $format" == "three bvh" && " ${added[*]} " == *" $name "* ]] && expected+=.added
-      compare "positions/$expected.csv" "positions/$name.$format.$program.csv" $tolerance_m \
+      compare "positions/$name.csv" "positions/$name.$format.$program.csv" $tolerance_m \
         "$program: $name.$format"
     done
   done
@@ -137,20 +123,14 @@ have_node_packages() {
 }
 
 check_by_node() {
-  local name
   have_node_packages || return 0
   stage "Khronos validator"
   hold node validate.mjs ./*.glb sheet/*.glb
   stage "three.js"
-  for name in "${added[@]}"; do
-    [[ ! -e "$name.bvh" ]] || tell "$name.added" 0.01 "$name.bvh" --added
-  done
   hold node three_positions.mjs positions "${cases[@]/%/.bvh}" "${cases[@]/%/.glb}"
   check_positions three bvh glb
-  if [[ -e compact.glb ]]; then
-    hold node three_positions.mjs positions compact.glb@60
-    compare positions/take.csv positions/compact.glb.three.csv $compact_tolerance_m "three: compact.glb"
-  fi
+  hold node three_positions.mjs positions compact.glb@60
+  compare positions/take.csv positions/compact.glb.three.csv $compact_tolerance_m "three: compact.glb"
 }
 
 check_by_blender() {

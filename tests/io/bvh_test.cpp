@@ -885,23 +885,28 @@ TEST(Bvh, RoundTripKeepsSmallMovesOfJoints) {
   EXPECT_TRUE(read_bvh(write_bvh(clip).text, "x", {.unit_m = 0.01}).clip.has_translations());
 }
 
-TEST(WriteBvh, GivesAJointThatTravelsNoOffsetToAddItsPositionsTo) {
+TEST(WriteBvh, GivesAJointWithPositionsNoOffsetToAddThemTo) {
   std::vector<motion::Joint> joints = {{"Root", -1, {0.0, 0.1, 0.0}, std::nullopt},
                                        {"Hips", 0, {0.0, 0.9, 0.0}, std::nullopt},
                                        {"Spine", 1, {0.0, 0.25, 0.0}, std::nullopt}};
   Eigen::Matrix3Xd moves = Eigen::Matrix3Xd::Zero(3, 6);
   moves.col(1) << 0.0, 0.9, 0.0;
-  moves.col(4) << 0.0, 0.9, 0.06;  // travels 6 cm
+  moves.col(4) << 0.0, 0.9, 0.06;
   moves.col(2) << 0.0, 0.25, 0.0;
-  moves.col(5) << 0.0, 0.29, 0.0;  // stretches 4 cm
+  moves.col(5) << 0.0, 0.25, 0.0;  // stays
   const motion::Clip clip(std::make_shared<const motion::Skeleton>(std::move(joints)), 30.0,
                           Eigen::Matrix3Xd::Zero(3, 2),
                           std::vector<Eigen::Quaterniond>(6, Eigen::Quaterniond::Identity()),
                           std::move(moves));
   expect_round_trip(clip, {});
-  const motion::Clip again = read_bvh(write_bvh(clip).text, "x", {.unit_m = 0.01}).clip;
+  const std::string text = write_bvh(clip).text;
+  // three.js adds positions to the OFFSET, Blender and assimp put them in its place.
+  EXPECT_THAT(text, HasSubstr("JOINT Hips\n\t{\n\t\tOFFSET 0 0 0\n\t\tCHANNELS 6 "));
+  EXPECT_THAT(text, HasSubstr("JOINT Spine\n\t\t{\n\t\t\tOFFSET 0 25 0\n\t\t\tCHANNELS 3 "));
+  // The skeleton is not lost: the first position is the rest offset.
+  const motion::Clip again = read_bvh(text, "x", {.unit_m = 0.01}).clip;
   EXPECT_EQ(again.skeleton().joint(0).rest_offset, Eigen::Vector3d::Zero());
-  EXPECT_EQ(again.skeleton().joint(1).rest_offset, Eigen::Vector3d::Zero());
+  EXPECT_EQ(again.skeleton().joint(1).rest_offset, Eigen::Vector3d(0.0, 0.9, 0.0));
   EXPECT_EQ(again.skeleton().joint(2).rest_offset, Eigen::Vector3d(0.0, 0.25, 0.0));
 }
 
