@@ -40,6 +40,15 @@ constexpr std::size_t kContainerUnits = 4;
 constexpr std::size_t kFreeUnits = std::size_t{1} << 18U;
 constexpr std::size_t kBytesPerUnit = 3;
 
+/// The beginning of a text, control characters as spaces.
+std::string one_line(std::string_view text, std::size_t most) {
+  std::string line(text.substr(0, most));
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+  }
+  return line;
+}
+
 /// "line:column" of a byte, both from 1.
 std::string line_and_column(std::string_view text, std::size_t byte) {
   const std::string_view before = text.substr(0, std::min(byte, text.size()));
@@ -73,14 +82,11 @@ class JsonBounds : public nlohmann::json_sax<json> {
     std::string_view what = error.what();
     const std::size_t colon = what.find(": ");
     if (colon != what.npos) what.remove_prefix(colon + 2);
-    std::string message(what.substr(0, 120));
-    // A token that is cited may hold anything.
-    for (char& c : message) {
-      if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-    }
+    const std::size_t bracket = what.find("] ");
+    if (what.starts_with('[') && bracket != what.npos) what.remove_prefix(bracket + 2);
     throw Error(ErrorKind::kFormat, std::string(name_) + ":" +
                                         line_and_column(text_, byte > 0 ? byte - 1 : 0) +
-                                        ": the JSON is malformed: " + message);
+                                        ": the JSON is malformed: " + one_line(what, 120));
   }
 
  private:
@@ -178,7 +184,7 @@ void require_version(const json& asset, std::string_view name) {
   const std::string& version = (*place)["version"].get_ref<const std::string&>();
   if (!version.starts_with("2.")) {
     fail_gltf(name, "/asset/version",
-              "\"" + version.substr(0, 20) + "\" is not read (2.0 is); save it as glTF 2.0");
+              cited(version) + " is not read (2.0 is); save it as glTF 2.0");
   }
 }
 
@@ -272,40 +278,41 @@ class Companions {
 
   /// @throws Error{kFormat} if the uri is not to be followed, Error{kIo} if it cannot be read.
   [[nodiscard]] std::string read(const std::string& uri, const std::string& pointer) {
-    const std::string cited = "'" + uri.substr(0, 100) + "' ";
     const std::optional<std::string> decoded = decode_percent(uri);
-    if (!decoded) fail_gltf(name_, pointer, cited + "has a '%' without two hexadecimal digits");
+    if (!decoded)
+      fail_gltf(name_, pointer, cited(uri) + " has a '%' without two hexadecimal digits");
     const std::string problem = path_problem(*decoded);
     if (!problem.empty()) {
-      fail_gltf(name_, pointer, cited + problem + "; only files beside this one are read");
+      fail_gltf(name_, pointer,
+                cited(uri) + " " + problem + "; only files beside this one are read");
     }
     if (!folder_) {
       fail_gltf(name_, pointer,
-                cited +
-                    "is a file of its own, and there is no folder to find it in; name "
+                cited(uri) +
+                    " is a file of its own, and there is no folder to find it in; name "
                     "the glTF file itself, or embed its data (.glb)");
     }
-    return read_below(*folder_ / *decoded, pointer, cited);
+    return read_below(*folder_ / *decoded, pointer, cited(uri) + " ");
   }
 
  private:
   std::string read_below(const fs::path& path, const std::string& pointer,
-                         const std::string& cited) {
+                         const std::string& quoted) {
     std::error_code failed;
     const fs::path root = fs::canonical(folder_->empty() ? fs::path(".") : *folder_, failed);
     const fs::path file = failed ? fs::path() : fs::canonical(path, failed);
     if (failed) {
-      throw Error(ErrorKind::kIo, std::string(name_) + ": " + pointer + ": " + cited +
+      throw Error(ErrorKind::kIo, std::string(name_) + ": " + pointer + ": " + quoted +
                                       "cannot be read: " + failed.message());
     }
     const auto [end_of_root, _] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
     if (end_of_root != root.end()) {
-      fail_gltf(name_, pointer, cited + "is a link that leads out of the file's folder");
+      fail_gltf(name_, pointer, quoted + "is a link that leads out of the file's folder");
     }
-    if (!fs::is_regular_file(file)) fail_gltf(name_, pointer, cited + "is not a regular file");
+    if (!fs::is_regular_file(file)) fail_gltf(name_, pointer, quoted + "is not a regular file");
     total_ += fs::file_size(file, failed);
     if (failed || total_ > kMaxCompanionBytes) {
-      fail_gltf(name_, pointer, cited + "makes the files beside this one more than 2 GB");
+      fail_gltf(name_, pointer, quoted + "makes the files beside this one more than 2 GB");
     }
     return base::read_file(file);
   }
@@ -512,6 +519,10 @@ const json& array_at(std::string_view name, const json& object, const char* key,
     }
   }
   return *found;
+}
+
+std::string cited(std::string_view text) {
+  return "'" + one_line(text, 80) + "'";
 }
 
 std::string there_are(std::size_t count, const std::string& what) {

@@ -51,6 +51,9 @@ struct GltfDocument {
                                              const char* key, const std::string& at,
                                              bool of_objects);
 
+/// Text of a file as a message cites it: in quotes, cut, without control characters.
+[[nodiscard]] std::string cited(std::string_view text);
+
 /// `"there is 1 buffer"`, `"there are 5 buffers"`.
 [[nodiscard]] std::string there_are(std::size_t count, const std::string& what);
 

@@ -305,7 +305,7 @@ class Pruner {
     }
     if (interpolation != "LINEAR" && interpolation != "STEP" && interpolation != "CUBICSPLINE") {
       fail(at + "/interpolation",
-           "'" + interpolation.substr(0, 40) + "' is not one of LINEAR, STEP, CUBICSPLINE");
+           cited(interpolation) + " is not one of LINEAR, STEP, CUBICSPLINE");
     }
     const std::size_t input = accessor(source, "input", at);
     const std::size_t output = accessor(source, "output", at);
@@ -582,10 +582,7 @@ tinygltf::Model load(const json& pruned, std::string_view name) {
     error = thrown.what();
   }
   if (loaded) return model;
-  for (char& c : error) {
-    if (c == '\n') c = ' ';
-  }
-  fail_gltf(name, "", "tinygltf does not read it: " + error);
+  fail_gltf(name, "", "tinygltf does not read it: " + cited(error));
 }
 
 GltfAccessor accessor_of(const tinygltf::Model& model, int index) {
@@ -717,7 +714,7 @@ std::vector<std::string> animation_names(const json& animations) {
 std::string listed(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i) {
-    text += (i > 0 ? ", " : "") + std::to_string(i) + " '" + names[i].substr(0, 60) + "'";
+    text += (i > 0 ? ", " : "") + std::to_string(i) + " " + cited(names[i]);
   }
   return names.size() > kMostNames ? text + ", .." : text;
 }
@@ -743,8 +740,8 @@ std::size_t choose(const std::vector<std::string>& names, std::string_view file,
   const char* const end = wanted->data() + wanted->size();
   const auto [stop, failed] = std::from_chars(wanted->data(), end, index);
   if (failed == std::errc() && stop == end && index < names.size()) return index;
-  throw Error(ErrorKind::kUsage, std::string(file) + ": there is no animation '" + *wanted +
-                                     "'; there are " + listed(names));
+  throw Error(ErrorKind::kUsage, std::string(file) + ": there is no animation " + cited(*wanted) +
+                                     "; there are " + listed(names));
 }
 
 }  // namespace

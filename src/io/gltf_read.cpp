@@ -35,7 +35,7 @@ constexpr std::size_t kBytesPerCell = 4;
 // Keys are on a rate's frames if they are this near to them, in frames.
 constexpr double kOnFrame = 0.02;
 // Below it, keys are poses to be interpolated and not frames of a capture.
-constexpr double kLeastSampledRateHz = 10.0;
+constexpr double kLeastSampledRateHz = 12.0;
 constexpr double kDefaultRateHz = 30.0;
 // Keys nearer than this are one: no rate above 1000 Hz is looked for.
 constexpr double kSameKeyS = 1e-3;
