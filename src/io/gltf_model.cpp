@@ -111,6 +111,9 @@ class Pruner {
         binary_(document.binary),
         bytes_(document.file_bytes),
         name_(name),
+        accessors_(array_at(name, source_, "accessors", "", true)),
+        views_(array_at(name, source_, "bufferViews", "", true)),
+        skins_(array_at(name, source_, "skins", "", true)),
         warnings_(warnings) {
     pruned_ = {{"asset", {{"version", "2.0"}}}, {"nodes", json::array()},
                {"skins", json::array()},        {"accessors", json::array()},
@@ -193,8 +196,7 @@ class Pruner {
       copy_numbers(nodes[n], node, "matrix", at, 16);
       require_direction(node, at);
       if (nodes[n].contains("skin")) {
-        const std::size_t skins = array_at(name_, source_, "skins", "", true).size();
-        node["skin"] = index(nodes[n], "skin", at, skins, "skin");
+        node["skin"] = index(nodes[n], "skin", at, skins_.size(), "skin");
       }
       const std::vector<std::size_t> children =
           indices(nodes[n], "children", at, nodes.size(), "node");
@@ -372,14 +374,13 @@ class Pruner {
 
   /// The pruned index of the accessor that `key` names, checked and copied the first time.
   std::size_t accessor(const json& object, const char* key, const std::string& at) {
-    const json& accessors = array_at(name_, source_, "accessors", "", true);
-    const std::size_t wanted = index(object, key, at, accessors.size(), "accessor");
+    const std::size_t wanted = index(object, key, at, accessors_.size(), "accessor");
     const auto known = pruned_accessors_.find(wanted);
     if (known != pruned_accessors_.end()) return known->second;
     const std::size_t made = pruned_["accessors"].size();
     pruned_accessors_.emplace(wanted, made);
     sources_.push_back(wanted);
-    copy_accessor(accessors[wanted], indexed("/accessors", wanted));
+    copy_accessor(accessors_[wanted], indexed("/accessors", wanted));
     return made;
   }
 
@@ -441,18 +442,17 @@ class Pruner {
 
   Range view_range(const json& object, const char* key, const std::string& at, std::size_t offset,
                    std::size_t count, std::size_t element) {
-    const json& views = array_at(name_, source_, "bufferViews", "", true);
-    const std::size_t v = index(object, key, at, views.size(), "buffer view");
+    const std::size_t v = index(object, key, at, views_.size(), "buffer view");
     const std::string place = indexed("/bufferViews", v);
-    if (views[v].contains("extensions") &&
-        views[v]["extensions"].contains("EXT_meshopt_compression")) {
+    if (views_[v].contains("extensions") &&
+        views_[v]["extensions"].contains("EXT_meshopt_compression")) {
       fail(place, "EXT_meshopt_compression is not read; export without compression");
     }
     // The view lies inside the buffer: read_gltf_document saw to it.
-    const std::size_t begin = whole_number(name_, views[v], "byteOffset", place, 0);
-    const std::size_t length = whole_number(name_, views[v], "byteLength", place);
-    const std::size_t stride = whole_number(name_, views[v], "byteStride", place, element);
-    const bool told = views[v].contains("byteStride");
+    const std::size_t begin = whole_number(name_, views_[v], "byteOffset", place, 0);
+    const std::size_t length = whole_number(name_, views_[v], "byteLength", place);
+    const std::size_t stride = whole_number(name_, views_[v], "byteStride", place, element);
+    const bool told = views_[v].contains("byteStride");
     if (stride < element || (told && (stride % 4 != 0 || stride > 252))) {
       fail(place + "/byteStride", std::to_string(stride) + " for elements of " +
                                       std::to_string(element) +
@@ -553,6 +553,10 @@ class Pruner {
   std::string_view binary_;
   std::size_t bytes_;
   std::string_view name_;
+  // Looked through once, then indexed.
+  const json& accessors_;
+  const json& views_;
+  const json& skins_;
   std::vector<std::string>& warnings_;
   json pruned_;
   std::map<std::size_t, std::size_t> pruned_accessors_;  // by index in the file
