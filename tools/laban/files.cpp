@@ -234,8 +234,9 @@ void write_clip(const std::string& path, const motion::Clip& clip, const Common&
       glb.compact->rotation_tolerance_rad =
           *options.compact_tolerance_deg * std::numbers::pi / 180.0;
     }
-    if (path != "-") glb.animation_name = fs::path(path).stem().string();
     const bool keeps_character = source.asset && !options.no_mesh;
+    // Among a character's other animations the new one needs a name of its own.
+    if (keeps_character && path != "-") glb.animation_name = fs::path(path).stem().string();
     return write_bytes(path,
                        keeps_character
                            ? io::write_glb(*source.asset, clip, source.source_frames, glb)
