@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -14,6 +15,9 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 using motion::PoseMatrix;
+
+// First guesses are compared on so many frames a second: which basin, not where in it.
+constexpr double kStartRateHz = 5.0;
 
 // Every stride-th frame, the first among them.
 Eigen::MatrixXd thinned(const Eigen::MatrixXd& features, int stride) {
@@ -45,35 +49,85 @@ bool same_snippets(const std::vector<Snippet>& a, const std::vector<Snippet>& b)
   });
 }
 
+// Input and fragments at some frame rate.
+struct Features {
+  Eigen::MatrixXd input;
+  std::vector<Eigen::MatrixXd> fragments;
+};
+
+Features thinned(const Features& all, int stride) {
+  Features few{thinned(all.input, stride), {}};
+  for (const Eigen::MatrixXd& fragment : all.fragments) {
+    few.fragments.push_back(thinned(fragment, stride));
+  }
+  return few;
+}
+
 struct Offset {
   Eigen::VectorXd value;
+  double cost = 0.0;  // of the path that goes with it
   int rounds = 0;
   bool converged = false;
 };
 
-// The offset of the input's features, found together with the path on thinned frames; nothing if
-// the slope limit leaves no path.
-std::optional<Offset> find_offset(const Eigen::MatrixXd& input,
-                                  const std::vector<Eigen::MatrixXd>& all_fragments, int stride,
+// The offset of the input's features, found in turn with the path, from a first guess on; nothing
+// if the slope limit leaves no path.
+std::optional<Offset> find_offset(Features features, const Eigen::VectorXd& start,
                                   const SegmentInputOptions& options) {
-  Eigen::MatrixXd features = thinned(input, stride);
-  std::vector<Eigen::MatrixXd> fragments;
-  for (const Eigen::MatrixXd& fragment : all_fragments) {
-    fragments.push_back(thinned(fragment, stride));
-  }
-  Offset offset{Eigen::VectorXd::Zero(input.rows())};
-  std::optional<Segmentation> current = segment(features, fragments, options.steps);
+  Offset offset{start};
+  features.input.colwise() -= start;
+  std::optional<Segmentation> current = segment(features.input, features.fragments, options.steps);
   if (!current) return std::nullopt;
   while (!offset.converged && offset.rounds < options.offset_rounds) {
-    const Eigen::VectorXd step = mean_difference(features, current->snippets, fragments);
+    const Eigen::VectorXd step =
+        mean_difference(features.input, current->snippets, features.fragments);
     offset.value += step;
-    features.colwise() -= step;
-    std::optional<Segmentation> next = segment(features, fragments, options.steps);
+    features.input.colwise() -= step;
+    std::optional<Segmentation> next = segment(features.input, features.fragments, options.steps);
     offset.converged = same_snippets(current->snippets, next->snippets);
     current = std::move(next);
     ++offset.rounds;
   }
+  offset.cost = current->cost;
   return offset;
+}
+
+// What the offset would be if the input held one content and nothing else: its mean frame is 0, the
+// content's is not.
+std::vector<Eigen::VectorXd> offsets_of_contents(const FragmentSet& fragments) {
+  std::map<int, std::pair<Eigen::VectorXd, double>> sums;
+  for (std::size_t i = 0; i < fragments.features().size(); ++i) {
+    const Eigen::MatrixXd& features = fragments.features()[i];
+    auto& [sum, count] = sums[fragments.groups()[i]];
+    if (count == 0.0) sum = Eigen::VectorXd::Zero(features.rows());
+    sum += features.rowwise().sum();
+    count += static_cast<double>(features.cols());
+  }
+  std::vector<Eigen::VectorXd> offsets;
+  for (const auto& content : sums) {
+    offsets.push_back(-content.second.first / content.second.second);
+  }
+  return offsets;
+}
+
+// The first guess from which the cost falls lowest, on few frames.
+Eigen::VectorXd best_start(const Features& few, const FragmentSet& fragments,
+                           const SegmentInputOptions& options) {
+  std::vector<Eigen::VectorXd> starts = offsets_of_contents(fragments);
+  starts.insert(starts.begin(), Eigen::VectorXd::Zero(few.input.rows()));
+  const Eigen::VectorXd* best = &starts.front();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Eigen::VectorXd& start : starts) {
+    const std::optional<Offset> offset = find_offset(few, start, options);
+    if (!offset || !(offset->cost < least)) continue;
+    least = offset->cost;
+    best = &start;
+  }
+  return *best;
+}
+
+int stride_for(double rate_hz, double wanted_hz) {
+  return static_cast<int>(std::max(1.0, std::floor(rate_hz / wanted_hz)));
 }
 
 }  // namespace
@@ -135,9 +189,11 @@ std::optional<InputSegmentation> segment_input(const PoseMatrix& input,
   result.features = metric.features(input, metric.mean_pose({&input, 1}));
   result.converged = true;
   if (metric.kind() == MetricKind::kContent && options.offset_rounds > 0) {
-    const double stride = std::max(1.0, std::floor(input.frame_rate_hz / options.offset_rate_hz));
-    const std::optional<Offset> offset =
-        find_offset(result.features, fragments.features(), static_cast<int>(stride), options);
+    const Features all{result.features, fragments.features()};
+    const Eigen::VectorXd start =
+        best_start(thinned(all, stride_for(input.frame_rate_hz, kStartRateHz)), fragments, options);
+    const std::optional<Offset> offset = find_offset(
+        thinned(all, stride_for(input.frame_rate_hz, options.offset_rate_hz)), start, options);
     if (offset) {
       result.features.colwise() -= offset->value;
       result.rounds = offset->rounds;

@@ -18,22 +18,31 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-/// A format we can name: how its files end and begin.
+/// A format we can name: how its files end and begin, and, of one that is not read, why and the way
+/// out.
 struct KnownFormat {
   std::string_view name;
-  std::string_view title;
   std::array<std::string_view, 2> endings;
   std::array<std::string_view, 2> openings;
+  std::string_view refusal = {};
 };
 
 // Openings are compared without regard to case, after a byte-order mark and space.
 constexpr std::array<KnownFormat, 6> kFormats = {{
-    {"bvh", "BVH", {".bvh"}, {"HIERARCHY"}},
-    {"gltf", "glTF", {".glb", ".gltf"}, {"glTF"}},
-    {"asf", "an ASF skeleton", {".asf"}, {":version"}},
-    {"amc", "AMC motion", {".amc"}, {"#!OML:ASF", ":FULLY-SPECIFIED"}},
-    {"fbx", "FBX", {".fbx"}, {"Kaydara FBX", "; FBX"}},
-    {"c3d", "C3D markers", {".c3d"}, {}},
+    {"bvh", {".bvh"}, {"HIERARCHY"}},
+    {"gltf", {".glb", ".gltf"}, {"glTF"}},
+    {"asf", {".asf"}, {":version"}},
+    {"amc", {".amc"}, {"#!OML:ASF", ":FULLY-SPECIFIED"}},
+    {"fbx",
+     {".fbx"},
+     {"Kaydara FBX", "; FBX"},
+     "FBX is not read; import it into Blender (File, Import, FBX) and export glTF or BVH"},
+    {"c3d",
+     {".c3d"},
+     {},
+     "C3D holds markers and no skeleton; solve them onto one in the capture system's own program "
+     "or "
+     "in MotionBuilder and export BVH"},
 }};
 
 std::string_view opening_text(std::string_view bytes) {
@@ -74,16 +83,16 @@ const KnownFormat* find_by_ending(const std::filesystem::path& path) {
   return nullptr;
 }
 
-constexpr std::array<std::string_view, 4> kReadFormats = {"bvh", "gltf", "asf", "amc"};
-
-bool is_read(std::string_view format) {
-  return std::find(kReadFormats.begin(), kReadFormats.end(), format) != kReadFormats.end();
+bool is_read(const KnownFormat& format) {
+  return format.refusal.empty();
 }
 
 std::string input_format(std::string_view bytes, std::string_view name,
                          const ReadOptions& options) {
   if (options.input_format) {
-    if (is_read(*options.input_format)) return *options.input_format;
+    for (const KnownFormat& known : kFormats) {
+      if (is_read(known) && known.name == *options.input_format) return *options.input_format;
+    }
     throw Error(ErrorKind::kUsage, "input format '" + *options.input_format +
                                        "' is not known or not read (bvh, gltf, asf and amc are)");
   }
@@ -94,9 +103,8 @@ std::string input_format(std::string_view bytes, std::string_view name,
                                         ": not a motion file that is known; BVH, which begins "
                                         "with HIERARCHY, glTF (.gltf, .glb) and ASF/AMC are read");
   }
-  if (!is_read(format->name)) {
-    throw Error(ErrorKind::kFormat, std::string(name) + ": " + std::string(format->title) +
-                                        " is not read yet; convert it to BVH or glTF");
+  if (!is_read(*format)) {
+    throw Error(ErrorKind::kFormat, std::string(name) + ": " + std::string(format->refusal));
   }
   return std::string(format->name);
 }
@@ -211,7 +219,7 @@ ClipFile read_clip(const std::filesystem::path& path, const ReadOptions& options
 
 bool is_motion_file(const std::filesystem::path& path) {
   const KnownFormat* format = find_by_ending(path);
-  return format != nullptr && is_read(format->name) && format->name != "asf";
+  return format != nullptr && is_read(*format) && format->name != "asf";
 }
 
 std::string output_format(const std::filesystem::path& path, const WriteOptions& options) {

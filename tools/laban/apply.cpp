@@ -106,9 +106,9 @@ std::string picture(const ApplyVerb& verb, const CapturedClip& input, const moti
     return marks;
   };
   const draw::Strip strips[] = {
-      {input.capture.clip, "input: " + verb.input,
+      {with_standard_names(input.capture.clip, input.capture.humanoid), "input: " + verb.input,
        joins([](const auto& snippet) { return snippet.begin; }), ""},
-      {output, "output: " + to_text(verb.target),
+      {with_standard_names(output, input.capture.humanoid), "output: " + to_text(verb.target),
        joins([](const auto& snippet) { return snippet.output_begin; }), ""}};
   draw::ContactSheetOptions options;
   options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
@@ -158,7 +158,7 @@ void add_apply(CLI::App& app) {
   CLI::App* sub =
       add_verb(app, "apply", "Give a clip a target Effort: the same action, done another way",
                "laban apply walk.bvh --flow -2 --weight 1.5 --time 2 -o walk_sudden.glb");
-  sub->add_option("INPUT", verb->input, "clip (BVH or glTF), '-' for stdin")->required();
+  sub->add_option("INPUT", verb->input, "clip, '-' for stdin")->required();
   sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
       ->required();
   add_target_options(sub, verb->target);

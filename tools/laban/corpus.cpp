@@ -285,7 +285,7 @@ void add_corpus(CLI::App& app) {
                            "Make a label table from a folder of clips, with blends to be labelled",
                            "laban corpus --clips captures --pattern '{content}_{performer}_{take}' "
                            "--label measured -o captures.csv");
-  sub->add_option("--clips", verb->clips, "folder of the clips (BVH)")->required();
+  sub->add_option("--clips", verb->clips, "folder of the clips")->required();
   sub->add_option(
          "--pattern", verb->pattern,
          "how file names are read: {content}, {performer} or {style}, and any other {name}")

@@ -35,7 +35,10 @@ void run(DrawVerb& verb) {
   if (verb.panorama) verb.options.placement = draw::Placement::kPanorama;
   std::vector<draw::Strip> strips;
   for (const std::string& input : verb.inputs) {
-    const motion::Clip clip = read_any_clip(input, verb.reading, verb.common).clip;
+    motion::Clip clip = read_any_clip(input, verb.reading, verb.common).clip;
+    if (!verb.reading.map.empty()) {
+      clip = with_standard_names(clip, motion::find_humanoid(clip, read_map(verb.reading.map)));
+    }
     strips.push_back(
         {clip,
          std::filesystem::path(input).stem().string(),

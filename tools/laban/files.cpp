@@ -169,6 +169,30 @@ void add_write_options(CLI::App* verb, WriteClipOptions& options) {
       ->group(group);
 }
 
+motion::Clip with_standard_names(const motion::Clip& clip, const motion::Humanoid& humanoid) {
+  std::vector<motion::Joint> joints = clip.skeleton().joints();
+  for (int j = 0; j < clip.joint_count(); ++j) {
+    if (const auto part = humanoid.played_by(j)) {
+      joints[static_cast<std::size_t>(j)].name =
+          motion::kStandardJointNames[static_cast<std::size_t>(motion::index_of(*part))];
+    }
+  }
+  std::vector<Eigen::Quaterniond> rotations;
+  Eigen::Matrix3Xd translations;
+  if (clip.has_translations()) {
+    translations.resize(3, static_cast<Eigen::Index>(clip.frame_count()) * clip.joint_count());
+  }
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    const auto frame = clip.rotations(f);
+    for (int j = 0; j < clip.joint_count() && clip.has_translations(); ++j) {
+      translations.col(std::ssize(rotations) + j) = clip.translation(f, j);
+    }
+    rotations.insert(rotations.end(), frame.begin(), frame.end());
+  }
+  return {std::make_shared<const motion::Skeleton>(std::move(joints)), clip.frame_rate_hz(),
+          clip.root_positions(), std::move(rotations), std::move(translations)};
+}
+
 std::string read_bytes(const std::string& path) {
   if (path != "-") return base::read_file(path);
   return {std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};

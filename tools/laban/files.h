@@ -62,6 +62,11 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options);
 /// How a rig is read, with a map from JSON {"hips": "joint name", ..} if `path` is not empty.
 [[nodiscard]] motion::HumanoidOptions read_map(const std::string& path);
 
+/// The clip with the standard joints' names on the joints that play them, for pictures: sides and
+/// limbs show on rigs whose own names say nothing.
+[[nodiscard]] motion::Clip with_standard_names(const motion::Clip& clip,
+                                               const motion::Humanoid& humanoid);
+
 /// Bytes of a file, or of stdin for "-".
 [[nodiscard]] std::string read_bytes(const std::string& path);
 /// A clip of any rig from bytes that were read from `path`; its warnings go to stderr.

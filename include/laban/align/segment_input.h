@@ -73,7 +73,10 @@ struct InputSegmentation {
 /// it holds. So the offset of the input's features is a further unknown beside the path, and their
 /// common cost is lowered in turn: given the path, the best offset is the mean difference between
 /// the input and fragment frames of its cells; given the offset, the best path is `segment`'s. It
-/// starts at the mean of the input's frames and ends when no snippet changes; the cost (of the
+/// starts from several guesses, at 5 frames a second: the mean of the input's frames is the
+/// performer's (true if the input holds all that the database does), or it is that of one content
+/// (true if the input holds that alone); the guess that ends at the lowest cost is followed at
+/// offset_rate_hz, and ends when no snippet changes; the cost (of the
 /// frames that the rounds look at) never rises. A last segmentation takes every frame. With the raw
 /// metric nothing is estimated, as in the paper.
 ///
