@@ -156,4 +156,12 @@ Blend blend(const BlendPair& pair, double alpha) {
   return result;
 }
 
+motion::FootContacts blend_contacts(const Blend& blend, double alpha,
+                                    const motion::FootContacts& contacts_i,
+                                    const motion::FootContacts& contacts_j) {
+  const double rate_hz = blend.pose.frame_rate_hz;
+  return motion::mix(motion::sample(contacts_i, blend.times_i, rate_hz),
+                     motion::sample(contacts_j, blend.times_j, rate_hz), alpha);
+}
+
 }  // namespace laban::blend

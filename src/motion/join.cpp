@@ -1,6 +1,8 @@
 #include "laban/motion/join.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "laban/base/error.h"
 #include "laban/math/rotation.h"
@@ -18,8 +20,20 @@ using Eigen::Vector3d;
 constexpr double kTolerance = 1.25;
 /// How far from the join the parts' own bends count, in half-lives.
 constexpr double kReachHalflives = 2.5;
+/// Where offsets may take their time (JoinOptions::longest_halflife_s), a join of parts that do not
+/// fit may bend this share of what the parts do: in these every joint hardly bends most at once.
+constexpr double kCalmShare = 0.3;
 /// Offsets below this (radians, leg lengths) have died away.
 constexpr double kNegligible = 1e-9;
+
+/// (1 + x) e^-x = 1/2: half-life of the spring below times its rate.
+constexpr double kHalfway = 1.6783469900166605;
+/// What an ordinary movement of a joint, and of the hips' height, bends by: rad/s^2, leg
+/// lengths/s^2.
+constexpr double kUsualTurn = 5.0;
+constexpr double kUsualRise = 2.0;
+/// Of the steps, changes per second: leg lengths/s (over seconds), radians/s.
+constexpr double kUsualStep = 2.0;
 
 /// A critically damped spring about 0, sampled a frame apart:
 /// x(t) = (x0 + (v0 + y x0) t) e^(-y t).
@@ -42,8 +56,35 @@ class Spring {
   [[nodiscard]] double from_rest(double t) const { return (1.0 + y_ * t) * std::exp(-y_ * t); }
 
  private:
-  static constexpr double kHalfway = 1.6783469900166605;  // (1 + x) e^-x = 1/2
-  double y_;                                              // per frame
+  double y_;  // per frame
+};
+
+/// How fast offsets decay.
+struct Decay {
+  double halflife_frames;
+  double longest_frames;
+  double rate_hz;
+
+  [[nodiscard]] bool is_adaptive() const { return longest_frames > halflife_frames; }
+  /// The spring for an offset whose first two samples are that long and that far apart, in motion
+  /// that may bend by `limit`: a spring bends by y^2 x + 2 y v at most.
+  [[nodiscard]] Spring spring(double length, double change, double limit,
+                              double usual_per_s2) const {
+    if (!is_adaptive()) return Spring(halflife_frames);
+    const double bend = std::max(limit, usual_per_s2 / (rate_hz * rate_hz));
+    return with_rate(bend / (change + std::sqrt(change * change + length * bend)));
+  }
+  /// The same for steps, which are velocities: from rest an offset changes by y x / e a frame.
+  [[nodiscard]] Spring step_spring(double length, double limit) const {
+    if (!is_adaptive() || length == 0.0) return Spring(halflife_frames);
+    const double change = std::max(limit, kUsualStep / (rate_hz * rate_hz));
+    return with_rate(std::numbers::e * change / length);
+  }
+
+ private:
+  [[nodiscard]] Spring with_rate(double y) const {
+    return Spring(std::clamp(kHalfway / y, halflife_frames, longest_frames));
+  }
 };
 
 /// `value`, shortened to `limit` if it is longer.
@@ -74,8 +115,9 @@ double largest_change(const Eigen::Ref<const Eigen::MatrixXd>& rows, Index begin
 struct Seam {
   const PoseMatrix& before;
   const PoseMatrix& after;
-  Index begin;  // frame of `out` that shows frame 0 of `after`
-  Index reach;  // frames on either side whose own bends count
+  Index begin;                    // frame of `out` that shows frame 0 of `after`
+  Index reach;                    // frames on either side whose own bends count
+  double tolerance = kTolerance;  // share of these that the join may bend
 };
 
 /// Offsets of a new part's first two frames that make the join bend no more than `limit`.
@@ -123,12 +165,30 @@ Neighbours neighbours_of(const Eigen::Ref<const Eigen::MatrixXd>& out,
 
 double bend_limit(const Seam& seam, const Eigen::Ref<const Eigen::MatrixXd>& before,
                   const Eigen::Ref<const Eigen::MatrixXd>& after) {
-  return kTolerance * std::max(largest_bend(before, before.cols() - seam.reach, before.cols()),
-                               largest_bend(after, 0, seam.reach));
+  return seam.tolerance * std::max(largest_bend(before, before.cols() - seam.reach, before.cols()),
+                                   largest_bend(after, 0, seam.reach));
+}
+
+/// Whether poses and velocities continue over a seam as they would inside one motion.
+bool fits(const Seam& seam, const PoseMatrix& out) {
+  const auto continues = [&](const Neighbours& n, double limit) {
+    return (n.next - 2.0 * n.last + n.before_last).norm() <= limit &&
+           (n.after_next - 2.0 * n.next + n.last).norm() <= limit;
+  };
+  for (Index row = 0; row < kAngleRowCount; row += 3) {
+    const auto part = seam.after.angles.middleRows<3>(row);
+    Neighbours n = neighbours_of(out.angles.middleRows<3>(row), part, seam.begin);
+    const Vector3d step = n.after_next - n.next;
+    n.next = math::nearest_branch(n.next, n.last);
+    n.after_next = n.next + step;
+    if (!continues(n, bend_limit(seam, seam.before.angles.middleRows<3>(row), part))) return false;
+  }
+  return continues(neighbours_of(out.height, seam.after.height, seam.begin),
+                   bend_limit(seam, seam.before.height, seam.after.height));
 }
 
 /// Writes joint rows `row` .. `row` + 2 of the new part into `out`.
-void join_rotation(const Seam& seam, const Spring& spring, Index row, PoseMatrix& out) {
+void join_rotation(const Seam& seam, const Decay& decay, Index row, PoseMatrix& out) {
   const auto part = seam.after.angles.middleRows<3>(row);
   auto result = out.angles.middleRows<3>(row);
   const Index count = part.cols();
@@ -146,6 +206,7 @@ void join_rotation(const Seam& seam, const Spring& spring, Index row, PoseMatrix
   };
   const Vector3d first = turn(n.next, offsets.first);
   const Vector3d second = turn(n.after_next, offsets.second);
+  const Spring spring = decay.spring(first.norm(), (second - first).norm(), limit, kUsualTurn);
   Vector3d previous = n.last;
   bool decayed = first.isZero(0.0) && second.isZero(0.0);
   for (Index f = 0; f < count; ++f) {
@@ -161,10 +222,12 @@ void join_rotation(const Seam& seam, const Spring& spring, Index row, PoseMatrix
   }
 }
 
-void join_height(const Seam& seam, const Spring& spring, PoseMatrix& out) {
+void join_height(const Seam& seam, const Decay& decay, PoseMatrix& out) {
   const Neighbours n = neighbours_of(out.height, seam.after.height, seam.begin);
-  const Offsets offsets = offsets_at(n.before_last, n.last, n.next, n.after_next,
-                                     bend_limit(seam, seam.before.height, seam.after.height));
+  const double limit = bend_limit(seam, seam.before.height, seam.after.height);
+  const Offsets offsets = offsets_at(n.before_last, n.last, n.next, n.after_next, limit);
+  const Spring spring = decay.spring(offsets.first.norm(), (offsets.second - offsets.first).norm(),
+                                     limit, kUsualRise);
   for (Index f = 0; f < seam.after.height.size(); ++f) {
     const auto [a, b] = spring.through_samples(static_cast<double>(f));
     out.height(seam.begin + f) =
@@ -173,7 +236,7 @@ void join_height(const Seam& seam, const Spring& spring, PoseMatrix& out) {
 }
 
 /// Steps [row, row + rows) of the new part: they are velocities, so one derivative less counts.
-void join_steps(const Seam& seam, const Spring& spring, Index row, Index rows, PoseMatrix& out) {
+void join_steps(const Seam& seam, const Decay& decay, Index row, Index rows, PoseMatrix& out) {
   // Column 0 of a part's steps is no step of its own.
   const auto own = [&](const PoseMatrix& part) {
     return part.steps.block(row, 1, rows, part.steps.cols() - 1);
@@ -195,10 +258,11 @@ void join_steps(const Seam& seam, const Spring& spring, Index row, Index rows, P
   Vector3d half_jump = Vector3d::Zero();  // half before the step over the join, half after it
   half_jump.head(rows) = 0.5 * (after.col(0) - result.col(seam.begin - 1));
   const double limit =
-      kTolerance * std::max(largest_change(before, before.cols() - seam.reach, before.cols()),
-                            largest_change(after, 0, seam.reach));
+      seam.tolerance * std::max(largest_change(before, before.cols() - seam.reach, before.cols()),
+                                largest_change(after, 0, seam.reach));
   const Vector3d allowed = limited(half_jump, limit);
   const Eigen::VectorXd offset = 2.0 * (allowed - half_jump).head(rows);
+  const Spring spring = decay.step_spring(offset.norm(), limit);
   result.col(seam.begin) = result.col(seam.begin - 1) + allowed.head(rows);
   for (Index f = 0; f < after.cols(); ++f) {
     result.col(seam.begin + 1 + f) =
@@ -235,6 +299,11 @@ std::vector<std::string> JoinOptions::problems() const {
     list.push_back("JoinOptions::halflife_s = " + std::to_string(halflife_s) +
                    " (must be a finite number > 0)");
   }
+  if (longest_halflife_s &&
+      !(*longest_halflife_s >= halflife_s && std::isfinite(*longest_halflife_s))) {
+    list.push_back("JoinOptions::longest_halflife_s = " + std::to_string(*longest_halflife_s) +
+                   " (must be a finite number >= halflife_s)");
+  }
   return list;
 }
 
@@ -250,16 +319,19 @@ PoseMatrix concatenate(std::span<const PoseMatrix> parts, const JoinOptions& opt
   out.height.conservativeResize(count);
   out.steps.conservativeResize(Eigen::NoChange, count);
   const double halflife_frames = options.halflife_s * out.frame_rate_hz;
-  const Spring spring(halflife_frames);
+  const Decay decay{halflife_frames,
+                    options.longest_halflife_s.value_or(options.halflife_s) * out.frame_rate_hz,
+                    out.frame_rate_hz};
   Index begin = parts[0].frame_count();
   for (std::size_t n = 1; n < parts.size(); ++n) {
     // At least the five frames that have three second differences.
-    const Seam seam{parts[n - 1], parts[n], begin,
-                    std::max<Index>(5, std::lround(kReachHalflives * halflife_frames))};
-    for (Index row = 0; row < kAngleRowCount; row += 3) join_rotation(seam, spring, row, out);
-    join_height(seam, spring, out);
-    join_steps(seam, spring, 0, 2, out);
-    join_steps(seam, spring, 2, 1, out);
+    Seam seam{parts[n - 1], parts[n], begin,
+              std::max<Index>(5, std::lround(kReachHalflives * halflife_frames))};
+    if (decay.is_adaptive() && !fits(seam, out)) seam.tolerance = kCalmShare;
+    for (Index row = 0; row < kAngleRowCount; row += 3) join_rotation(seam, decay, row, out);
+    join_height(seam, decay, out);
+    join_steps(seam, decay, 0, 2, out);
+    join_steps(seam, decay, 2, 1, out);
     begin += parts[n].frame_count();
   }
   if (parts.size() > 1 && count > 1) out.steps.col(0) = out.steps.col(1);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "laban/base/error.h"
+#include "laban/math/low_pass.h"
 
 namespace laban::transfer {
 namespace {
@@ -34,7 +35,58 @@ std::string known_contents(const StyleModel& model) {
 struct Piece {
   AppliedSnippet report;
   motion::PoseMatrix pose;
+  motion::FootContacts contacts;
 };
+
+/// Time warps for a blend at `alpha` in which no clip plays faster than `fastest` times: with
+/// s = dq/dp and b beyond [0, 1], clip i plays at 1 / ((1 + b) s - b) where alpha = 1 + b, so
+/// s >= (1 / fastest + b) / (1 + b); the same of clip j where alpha = -b.
+align::TimeWarpOptions calm_warp(double alpha, double fastest) {
+  const double beyond = std::max({0.0, -alpha, alpha - 1.0});
+  align::TimeWarpOptions warp;
+  warp.max_slope = std::min((1.0 + beyond) / (1.0 / fastest + beyond), align::kMaxWarpSlope);
+  return warp;
+}
+
+/// Root mean square of the third differences of all angles, per second cubed.
+double jerk_of(const motion::PoseMatrix& pose) {
+  const Eigen::Index count = pose.angles.cols() - 3;
+  if (count < 1) return 0.0;
+  const auto& x = pose.angles;
+  const double squares = (x.rightCols(count) - 3.0 * x.middleCols(2, count) +
+                          3.0 * x.middleCols(1, count) - x.leftCols(count))
+                             .squaredNorm();
+  return std::sqrt(squares / static_cast<double>(count * x.rows())) *
+         std::pow(pose.frame_rate_hz, 3);
+}
+
+motion::PoseMatrix smoothed(const motion::PoseMatrix& pose, double cutoff_hz) {
+  motion::PoseMatrix smooth = pose;
+  smooth.angles = math::low_pass(pose.angles, pose.frame_rate_hz, cutoff_hz);
+  smooth.height = math::low_pass(pose.height, pose.frame_rate_hz, cutoff_hz);
+  smooth.steps = math::low_pass(pose.steps, pose.frame_rate_hz, cutoff_hz);
+  smooth.steps.col(0) = smooth.steps.col(std::min<Eigen::Index>(1, smooth.steps.cols() - 1));
+  return smooth;
+}
+
+/// A blend without the jerks that quick play and extrapolation make of its parents' trembling:
+/// smoothed no more than brings its jerk down to theirs (joins and held feet add to it), and no
+/// further than movement itself goes (the observer looks at what is below 4 Hz).
+motion::PoseMatrix calmed(motion::PoseMatrix pose, const motion::PoseMatrix& parent_i,
+                          const motion::PoseMatrix& parent_j) {
+  constexpr double kMostJerk = 1.0;
+  const double most = kMostJerk * 0.5 * (jerk_of(parent_i) + jerk_of(parent_j));
+  if (jerk_of(pose) <= most) return pose;
+  for (const double cutoff_hz : {12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0}) {
+    motion::PoseMatrix smooth = smoothed(pose, cutoff_hz);
+    if (jerk_of(smooth) <= most || cutoff_hz == 4.0) return smooth;
+  }
+  return pose;
+}
+
+motion::FootContacts contacts_of(const motion::PoseMatrix& pose) {
+  return motion::find_foot_contacts(pose).contacts;
+}
 
 Piece restyle(const StyleModel& model, const motion::PoseMatrix& input,
               const align::Snippet& snippet, const EffortTarget& target,
@@ -60,6 +112,7 @@ Piece restyle(const StyleModel& model, const motion::PoseMatrix& input,
   }
   if (report.kept) {
     piece.pose = own;
+    piece.contacts = contacts_of(own);
   } else {
     report.choice = search_blend(model, snippet.fragment, target, options.search);
     const BlendChoice& choice = report.choice;
@@ -67,8 +120,16 @@ Piece restyle(const StyleModel& model, const motion::PoseMatrix& input,
         model.fragments[static_cast<std::size_t>(choice.fragment_i)].pose;
     const motion::PoseMatrix& pose_j =
         model.fragments[static_cast<std::size_t>(choice.fragment_j)].pose;
-    piece.pose =
-        choice.is_seed() ? pose_i : blend::blend(align_pair(pose_i, pose_j), choice.alpha).pose;
+    if (choice.is_seed()) {
+      piece.pose = pose_i;
+      piece.contacts = contacts_of(pose_i);
+    } else {
+      blend::Blend made = blend::blend(
+          align_pair(pose_i, pose_j, calm_warp(choice.alpha, options.fastest_play)), choice.alpha);
+      piece.contacts =
+          blend::blend_contacts(made, choice.alpha, contacts_of(pose_i), contacts_of(pose_j));
+      piece.pose = calmed(std::move(made.pose), pose_i, pose_j);
+    }
   }
   report.measured = effort::observe(effort::describe(piece.pose), model.observer, report.content);
   return piece;
@@ -100,6 +161,11 @@ AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& inpu
   if (const auto problems = target.problems(); !problems.empty()) {
     throw Error(ErrorKind::kUsage, problems.front());
   }
+  if (!(options.fastest_play > 1.0 && options.fastest_play <= align::kMaxWarpSlope)) {
+    throw Error(ErrorKind::kUsage,
+                "ApplyOptions::fastest_play = " + std::to_string(options.fastest_play) +
+                    " (must be in (1, 4])");
+  }
   check_input(model, input);
   const auto segmentation = align::segment_input(input, model.database, options.segmentation);
   if (!segmentation) {
@@ -108,6 +174,7 @@ AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& inpu
   }
   AppliedStyle applied;
   std::vector<motion::PoseMatrix> parts;
+  std::vector<motion::FootContacts> contacts;
   int frame = 0;
   for (const align::Snippet& snippet : segmentation->snippets) {
     Piece piece = restyle(model, input, snippet, target, options);
@@ -118,8 +185,10 @@ AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& inpu
     applied.source_frames.insert(applied.source_frames.end(), frames.begin(), frames.end());
     applied.snippets.push_back(piece.report);
     parts.push_back(std::move(piece.pose));
+    contacts.push_back(std::move(piece.contacts));
   }
   applied.pose = motion::concatenate(parts, options.join);
+  applied.contacts = motion::concatenate(contacts);
   // Leg lengths of fragments are other people's; the motion goes back onto the input's body.
   applied.pose.leg_length_m = input.leg_length_m;
   return applied;

@@ -91,7 +91,8 @@ std::vector<motion::PoseMatrix> poses_of(std::span<const Fragment> fragments) {
   return poses;
 }
 
-blend::BlendPair align_pair(const motion::PoseMatrix& clip_i, const motion::PoseMatrix& clip_j) {
+blend::BlendPair align_pair(const motion::PoseMatrix& clip_i, const motion::PoseMatrix& clip_j,
+                            const align::TimeWarpOptions& warp) {
   require(align::blendable(clip_i.frame_count(), clip_j.frame_count()),
           "clips of " + std::to_string(clip_i.frame_count()) + " and " +
               std::to_string(clip_j.frame_count()) +
@@ -101,7 +102,7 @@ blend::BlendPair align_pair(const motion::PoseMatrix& clip_i, const motion::Pose
   const Eigen::VectorXd mean_j = angles_j.rowwise().mean();
   const align::DtwResult alignment =
       align::dtw(clip_i.angles.colwise() - mean_i, angles_j.colwise() - mean_j);
-  return {clip_i, clip_j, align::warp_of_path(alignment.path)};
+  return {clip_i, clip_j, align::warp_of_path(alignment.path, warp)};
 }
 
 blend::Blend make_blend(std::span<const Fragment> fragments, const CorpusBlend& blend) {

@@ -99,6 +99,15 @@ TEST_F(Cli, ApplyGivesTheSameActionsInTheAskedEffort) {
   EXPECT_THAT(files_in(folder_), ElementsAre("out.bvh", "out.json", "out.png"));
   const json report = json::parse(bytes_of(folder_ / "out.json"));
   EXPECT_EQ(report["schema"], "laban.apply/1");
+  EXPECT_EQ(run("apply " + kTake +
+                " --time 1.5 --weight 1 --no-foot-fix -o slides.bvh --report slides.json")
+                .code,
+            0);
+  const json slides = json::parse(bytes_of(folder_ / "slides.json"));
+  EXPECT_LT(report["quality"]["foot_skate_cm_per_frame"],
+            slides["quality"]["foot_skate_cm_per_frame"]);
+  EXPECT_GE(report["quality"]["toe_height_2nd_percentile_m"], -0.01);
+  EXPECT_GT(report["quality"]["jerk_sources_m_s3"], 0.0);
   std::vector<std::string> contents;
   for (const json& snippet : report["snippets"]) {
     const std::string content = snippet["content"];
@@ -289,6 +298,12 @@ TEST_F(Cli, CurveMeasureInspectAndDrawWriteWhatTheySay) {
   EXPECT_THAT(bytes_of(folder_ / "walks.png"), StartsWith("\x89PNG"));
   EXPECT_EQ(json::parse(run("inspect --json " LABAN_DEFAULT_MODEL).out)["fragments"].size(), 60U);
   EXPECT_EQ(json::parse(run("inspect --json " + kLabels).out)["blends"], 105);
+
+  // Beside itself nothing is worse.
+  const Outcome same = run("measure --json --against " + kWalk + " " + kWalk);
+  EXPECT_EQ(same.code, 0);
+  EXPECT_TRUE(json::parse(same.out)["found"].empty());
+  expect_error("measure --against " + kWalk + " " + kWalk + " " + kWalk, 2, "--against");
 }
 
 TEST_F(Cli, EvaluatePrintsTableOneWithThePapersNumbers) {

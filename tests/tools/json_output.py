@@ -36,6 +36,7 @@ def main():
         f"match {walk} {other}",
         f"match {walk}",
         f"measure {walk} {take}",
+        f"measure {walk} --against {walk}",
         f"segment {take}",
         f"train --labels {labels} -o phrase.laban",
     ]

@@ -2,8 +2,7 @@
 
 #include "laban/base/error.h"
 #include "laban/draw/contact_sheet.h"
-#include "laban/motion/resample.h"
-#include "laban/motion/retarget.h"
+#include "laban/transfer/styled_clip.h"
 
 #include "files.h"
 #include "report.h"
@@ -23,54 +22,31 @@ struct ApplyVerb {
   std::string picture;
   transfer::EffortTarget target;
   transfer::ApplyOptions options;
+  bool no_foot_fix = false;
 };
-
-/// The styled clip on the input's rig, at the input's rate.
-struct Retargeted {
-  motion::Clip clip;
-  std::vector<double> source_frames;  ///< of the input as it stands in its file
-};
-
-Retargeted retarget(const CapturedClip& input, const transfer::AppliedStyle& applied) {
-  const double rate_hz = input.capture.clip.frame_rate_hz();
-  const motion::PoseMatrix pose = motion::resample(applied.pose, rate_hz);
-  // The source frames count at the model's rate; what is asked for counts at the input's.
-  const double per_frame = rate_hz / applied.pose.frame_rate_hz;
-  std::vector<double> frames;
-  for (int k = 0; k < pose.frame_count(); ++k) {
-    const double at =
-        std::min(k / per_frame, static_cast<double>(applied.source_frames.size() - 1));
-    const auto before = static_cast<std::size_t>(at);
-    const auto after = std::min(before + 1, applied.source_frames.size() - 1);
-    const double share = at - static_cast<double>(before);
-    frames.push_back(
-        ((1.0 - share) * applied.source_frames[before] + share * applied.source_frames[after]) *
-        per_frame);
-  }
-  motion::Clip clip = motion::from_pose_matrix(pose, input.capture.humanoid, input.capture.clip,
-                                               {frames, std::nullopt});
-  for (double& frame : frames) frame += input.first_frame();
-  return {std::move(clip), std::move(frames)};
-}
 
 Json report_json(const ApplyVerb& verb, const transfer::StyleModel& model,
-                 const transfer::AppliedStyle& applied, const std::vector<InputRecord>& inputs) {
+                 const transfer::AppliedStyle& applied, const transfer::StyledQuality& quality,
+                 const std::vector<InputRecord>& inputs) {
   Json json = {
       {"schema", "laban.apply/1"}, {"asked", to_json(verb.target)}, {"snippets", Json::array()}};
   for (const auto& snippet : applied.snippets) json["snippets"].push_back(to_json(snippet, model));
+  json["quality"] = to_json(quality);
   json["frame_rate_hz"] = model.frame_rate_hz();
   json["regressor"] = effort::name_of(model.regressor.kind());
   json["run"] = run_record("apply",
                            {{"neighbours", verb.options.search.neighbors},
                             {"samples", verb.options.search.samples},
                             {"strict", verb.options.strict},
-                            {"join_halflife_s", verb.options.join.halflife_s}},
+                            {"join_halflife_s", verb.options.join.halflife_s},
+                            {"fastest_play", verb.options.fastest_play},
+                            {"foot_fix", !verb.no_foot_fix}},
                            inputs);
   return json;
 }
 
 void print(const ApplyVerb& verb, const transfer::StyleModel& model,
-           const transfer::AppliedStyle& applied) {
+           const transfer::AppliedStyle& applied, const transfer::StyledQuality& quality) {
   fmt::print("asked: {}\n", to_text(verb.target));
   fmt::print("{:>5} {:>5}  {:<10} {:<44} {:>6}  {:<19} {:<19} {}\n", "begin", "end", "content",
              "blend", "alpha", "predicted (F W T)", "measured", "input measured");
@@ -94,6 +70,7 @@ void print(const ApplyVerb& verb, const transfer::StyleModel& model,
         "", choice.reachable[0].low, choice.reachable[0].high, choice.reachable[1].low,
         choice.reachable[1].high, choice.reachable[2].low, choice.reachable[2].high);
   }
+  fmt::print("{}\n", to_text(quality));
 }
 
 std::string picture(const ApplyVerb& verb, const CapturedClip& input, const motion::Clip& output,
@@ -128,7 +105,10 @@ void run(const ApplyVerb& verb) {
   inputs.push_back(input.record);
   const transfer::AppliedStyle applied =
       transfer::apply_style(model, input.pose(model.frame_rate_hz()), verb.target, verb.options);
-  const Retargeted output = retarget(input, applied);
+  const transfer::StyledClip styled =
+      transfer::play_style(model, applied, input.capture, {.hold_feet = !verb.no_foot_fix});
+  const motion::Clip& output = styled.clip;
+  const transfer::StyledQuality quality = transfer::measure_styled(styled, input.capture.humanoid);
 
   for (const transfer::AppliedSnippet& snippet : applied.snippets) {
     if (!snippet.kept) continue;
@@ -137,17 +117,20 @@ void run(const ApplyVerb& verb) {
                      verb.input, snippet.begin / model.frame_rate_hz(),
                      snippet.end / model.frame_rate_hz()));
   }
-  const Json json = report_json(verb, model, applied, inputs);
-  write_clip(verb.output, output.clip, verb.common,
-             {input.file.unit_m, input.file.asset, output.source_frames}, verb.writing);
+  const Json json = report_json(verb, model, applied, quality, inputs);
+  // The character's file counts its frames from a T-pose, if it has one.
+  std::vector<double> source_frames = styled.source_frames;
+  for (double& frame : source_frames) frame += input.first_frame();
+  write_clip(verb.output, output, verb.common,
+             {input.file.unit_m, input.file.asset, std::move(source_frames)}, verb.writing);
   if (!verb.report.empty()) write_bytes(verb.report, json.dump(2) + "\n", verb.common);
   if (!verb.picture.empty())
-    write_bytes(verb.picture, picture(verb, input, output.clip, model, applied), verb.common);
+    write_bytes(verb.picture, picture(verb, input, output, model, applied), verb.common);
   if (verb.output == "-") return;
   if (verb.common.json) {
     fmt::print("{}\n", json.dump(2));
   } else {
-    print(verb, model, applied);
+    print(verb, model, applied, quality);
   }
 }
 
@@ -167,6 +150,8 @@ void add_apply(CLI::App& app) {
   sub->add_option("--picture", verb->picture,
                   "contact sheet to write (.png or .svg): input above output");
   sub->add_flag("--strict", verb->options.strict, "a part that matches no content is an error");
+  sub->add_flag("--no-foot-fix", verb->no_foot_fix,
+                "leave feet as they are blended: do not hold them where they touch the ground");
   add_search_options(sub, verb->options.search);
   add_read_options(sub, verb->reading);
   add_write_options(sub, verb->writing);

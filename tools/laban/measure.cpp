@@ -3,6 +3,8 @@
 #include "laban/base/error.h"
 #include "laban/draw/line_chart.h"
 #include "laban/effort/observer.h"
+#include "laban/motion/motion_quality.h"
+#include "laban/motion/resample.h"
 
 #include "effort_curve.h"
 #include "files.h"
@@ -19,7 +21,68 @@ struct MeasureVerb {
   EffortCurveOptions effort;
   std::string over_time;
   std::string picture;
+  std::string against;
 };
+
+/// Bars of what a clip may lack in quality beside another one (DESIGN 7).
+constexpr double kMostSkate = 1.1;
+constexpr double kLeastSkateCm = 0.02;  // less is noise of the capture, whatever the ratio
+constexpr double kDeepestToesM = 0.01;
+constexpr double kMostJerk = 1.5;
+
+/// A clip's quality figures beside those of another clip, on whose floor it has to stand.
+struct QualityCheck {
+  motion::MotionQuality clip;
+  motion::MotionQuality against;
+  std::vector<std::string> found;  ///< bars that are broken
+};
+
+QualityCheck check_quality(const CapturedClip& clip, const CapturedClip& against,
+                           const std::string& path) {
+  const auto floor =
+      motion::find_foot_contacts(against.capture.clip, against.capture.humanoid).floor;
+  if (!floor) {
+    throw base::Error(base::ErrorKind::kData,
+                      path + ": no foot ever stands on the ground, so there is no floor");
+  }
+  // Jerk of two rates does not compare.
+  const motion::Clip own =
+      motion::resample(clip.capture.clip, against.capture.clip.frame_rate_hz());
+  QualityCheck check{
+      motion::measure_quality(own, clip.capture.humanoid, *floor),
+      motion::measure_quality(against.capture.clip, against.capture.humanoid, *floor),
+      {}};
+  if (check.clip.foot_skate_cm >
+      kMostSkate * std::max(check.against.foot_skate_cm, kLeastSkateCm)) {
+    check.found.emplace_back("feet skate more than 1.1 times as much");
+  }
+  if (check.clip.toe_height_m < -kDeepestToesM) {
+    check.found.emplace_back("toes sink more than 1 cm into the floor");
+  }
+  if (check.clip.jerk_m_s3 > kMostJerk * check.against.jerk_m_s3) {
+    check.found.emplace_back("jerk is more than 1.5 times as large");
+  }
+  return check;
+}
+
+Json quality_json(const motion::MotionQuality& quality) {
+  return {{"foot_skate_cm_per_frame", quality.foot_skate_cm},
+          {"toe_height_2nd_percentile_m", quality.toe_height_m},
+          {"jerk_rms_m_s3", quality.jerk_m_s3}};
+}
+
+void print_check(const MeasureVerb& verb, const QualityCheck& check) {
+  fmt::print("\n{:<40} {:>14} {:>14}\n", "quality", "clip", "against");
+  const auto line = [](const char* name, double own, double other) {
+    fmt::print("{:<40} {:>14.3f} {:>14.3f}\n", name, own, other);
+  };
+  line("foot skate, cm per frame at 30 Hz", check.clip.foot_skate_cm, check.against.foot_skate_cm);
+  line("toes over the floor, 2nd percentile, cm", 100.0 * check.clip.toe_height_m,
+       100.0 * check.against.toe_height_m);
+  line("jerk, rms, m/s^3", check.clip.jerk_m_s3, check.against.jerk_m_s3);
+  for (const std::string& found : check.found)
+    warn(verb.common, verb.inputs.front() + ": " + found);
+}
 
 struct Measured {
   std::string path;
@@ -28,7 +91,8 @@ struct Measured {
   effort::Observation observation;
 };
 
-void print(const MeasureVerb& verb, const std::vector<Measured>& all) {
+void print(const MeasureVerb& verb, const std::vector<Measured>& all,
+           const std::optional<QualityCheck>& check) {
   if (verb.common.json) {
     Json json = {{"schema", "laban.measure/1"}, {"clips", Json::array()}};
     for (const Measured& one : all) {
@@ -42,6 +106,12 @@ void print(const MeasureVerb& verb, const std::vector<Measured>& all) {
                                  {"weight", one.descriptors.weight},
                                  {"time", one.descriptors.time}}}});
     }
+    if (check) {
+      json["quality"] = quality_json(check->clip);
+      json["against"] = quality_json(check->against);
+      json["against"]["clip"] = verb.against;
+      json["found"] = check->found;
+    }
     fmt::print("{}\n", json.dump(2));
     return;
   }
@@ -51,6 +121,7 @@ void print(const MeasureVerb& verb, const std::vector<Measured>& all) {
     fmt::print("{:<40} {:<12} {:+6.2f} {:+6.2f} {:+6.2f}\n", one.path,
                one.content.empty() ? "(pooled)" : one.content, e.flow, e.weight, e.time);
   }
+  if (check) print_check(verb, *check);
 }
 
 void write_over_time(const MeasureVerb& verb, const io::MotionTable& curves) {
@@ -82,9 +153,18 @@ void run(const MeasureVerb& verb) {
   if (over_time && verb.inputs.size() != 1) {
     throw base::Error(base::ErrorKind::kUsage, "--over-time and --picture take one clip");
   }
+  if (!verb.against.empty() && verb.inputs.size() != 1) {
+    throw base::Error(base::ErrorKind::kUsage, "--against compares one clip");
+  }
   InputRecord record;
   const transfer::StyleModel model = read_model(verb.effort.model, record);
   std::vector<Measured> all;
+  std::optional<QualityCheck> check;
+  if (!verb.against.empty()) {
+    check =
+        check_quality(read_captured_clip(verb.inputs.front(), verb.reading, verb.common),
+                      read_captured_clip(verb.against, verb.reading, verb.common), verb.against);
+  }
   for (const std::string& path : verb.inputs) {
     const motion::PoseMatrix pose =
         read_captured_clip(path, verb.reading, verb.common).pose(model.frame_rate_hz());
@@ -99,7 +179,8 @@ void run(const MeasureVerb& verb) {
     }
     all.push_back(std::move(one));
   }
-  if (verb.over_time != "-") print(verb, all);
+  if (verb.over_time != "-") print(verb, all, check);
+  if (check && !check->found.empty()) throw CheckFailed();
 }
 
 }  // namespace
@@ -113,6 +194,8 @@ void add_measure(CLI::App& app) {
   add_effort_curve_options(sub, verb->effort);
   sub->add_option("--over-time", verb->over_time, "curve over time to write (.csv or .npy)");
   sub->add_option("--picture", verb->picture, "curve over time to draw (.png or .svg)");
+  sub->add_option("--against", verb->against,
+                  "clip to compare feet and smoothness with; exit code 7 if they are worse");
   add_read_options(sub, verb->reading);
   add_common(sub, verb->common, {.writes = true});
   sub->callback([verb] { run(*verb); });

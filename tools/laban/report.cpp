@@ -58,6 +58,30 @@ Json to_json(const transfer::AppliedSnippet& snippet, const transfer::StyleModel
   return json;
 }
 
+Json to_json(const transfer::StyledQuality& quality) {
+  return {{"foot_skate_cm_per_frame", number(quality.output.foot_skate_cm)},
+          {"foot_skate_sources", number(quality.source_skate_cm)},
+          {"toe_height_2nd_percentile_m", number(quality.output.toe_height_m)},
+          {"toe_height_sources_m", number(quality.source_toe_height_m)},
+          {"jerk_rms_m_s3", number(quality.output.jerk_m_s3)},
+          {"jerk_sources_m_s3", number(quality.source_jerk_m_s3)},
+          {"join_acceleration_percentile",
+           quality.join_percentile ? number(*quality.join_percentile) : Json()}};
+}
+
+std::string to_text(const transfer::StyledQuality& quality) {
+  const double ratio =
+      quality.source_jerk_m_s3 > 0.0 ? quality.output.jerk_m_s3 / quality.source_jerk_m_s3 : 1.0;
+  return fmt::format(
+      "quality: foot skate {:.3f} cm/frame (sources {:.3f}), toes {:+.1f} cm over the floor, jerk "
+      "{:.2f} times the sources', joins {}",
+      quality.output.foot_skate_cm, quality.source_skate_cm, 100.0 * quality.output.toe_height_m,
+      ratio,
+      quality.join_percentile ? fmt::format("at the {:.0f}th percentile of their accelerations",
+                                            *quality.join_percentile)
+                              : "none");
+}
+
 std::string to_text(const transfer::EffortTarget& target) {
   std::string text;
   for (const effort::Factor factor : effort::kFactors) {

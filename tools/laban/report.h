@@ -4,6 +4,7 @@
 
 #include "laban/effort/effort.h"
 #include "laban/transfer/apply_style.h"
+#include "laban/transfer/styled_clip.h"
 
 #include "files.h"
 
@@ -17,6 +18,11 @@ namespace laban::cli {
 /// measured before and after.
 [[nodiscard]] Json to_json(const transfer::AppliedSnippet& snippet,
                            const transfer::StyleModel& model);
+
+/// Quality figures of an output beside its sources (DESIGN 7).
+[[nodiscard]] Json to_json(const transfer::StyledQuality& quality);
+/// The same in one line.
+[[nodiscard]] std::string to_text(const transfer::StyledQuality& quality);
 
 /// "flow +2.00  weight free  time -1.50"
 [[nodiscard]] std::string to_text(const transfer::EffortTarget& target);

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "laban/align/time_warp.h"
+#include "laban/motion/foot_contacts.h"
 #include "laban/motion/pose_matrix.h"
 
 namespace laban::blend {
@@ -68,5 +69,11 @@ struct Blend {
 ///
 /// @param alpha  in [kMinAlpha, kMaxAlpha]. @throws Error{kUsage} otherwise.
 [[nodiscard]] Blend blend(const BlendPair& pair, double alpha);
+
+/// Contacts of a blend, from those of its clips at the times its frames were taken from: mixed by
+/// alpha, which counts as 0 or 1 where it lies beyond them (motion::mix).
+[[nodiscard]] motion::FootContacts blend_contacts(const Blend& blend, double alpha,
+                                                  const motion::FootContacts& contacts_i,
+                                                  const motion::FootContacts& contacts_j);
 
 }  // namespace laban::blend

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,10 @@ namespace laban::motion {
 struct JoinOptions {
   /// Half-life of the offset that a join leaves, seconds, > 0 (DESIGN 5).
   double halflife_s = 0.1;
+  /// A larger half-life for offsets so large that their decay would bend the motion more than its
+  /// parts do near the join (or, where those hardly move, than an ordinary movement does), up to
+  /// this, seconds; nullopt: halflife_s always.
+  std::optional<double> longest_halflife_s;
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;

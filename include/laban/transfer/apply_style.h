@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "laban/align/segment_input.h"
+#include "laban/motion/foot_contacts.h"
 #include "laban/motion/join.h"
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/style_search.h"
@@ -13,7 +14,13 @@ namespace laban::transfer {
 struct ApplyOptions {
   align::SegmentInputOptions segmentation;
   SearchOptions search;
-  motion::JoinOptions join;
+  /// Offsets of joins that would bend the motion more than the fragments themselves decay up to
+  /// five times as slowly.
+  motion::JoinOptions join = {.longest_halflife_s = 0.5};
+  /// In a blend no fragment plays faster than so many times its own speed, unless it is that much
+  /// longer; in (1, 4]. Limits the slope of time warps, the more the farther alpha lies outside
+  /// [0, 1]: there a steep warp jerks. 4 leaves the warps of [0, 1] as they were learnt from.
+  double fastest_play = 2.0;
   /// A snippet that matches no content is an error; otherwise it is kept as captured and reported.
   bool strict = false;
 };
@@ -41,6 +48,9 @@ struct AppliedStyle {
   /// what the pose matrix does not say is taken from there (motion::RetargetOptions).
   std::vector<double> source_frames;
   std::vector<AppliedSnippet> snippets;
+  /// Where feet touch the ground: found on the fragments, carried through blends and joins; a
+  /// column a frame of `pose`.
+  motion::FootContacts contacts;
 };
 
 /// Shortest input that style transfer takes, seconds: below it there is nothing to match.

@@ -62,7 +62,8 @@ struct Numbering {
 /// It depends on the two clips alone, so a blend is the same whatever database it stands in.
 /// @throws Error{kData} if their lengths are not align::blendable or rates differ.
 [[nodiscard]] blend::BlendPair align_pair(const motion::PoseMatrix& clip_i,
-                                          const motion::PoseMatrix& clip_j);
+                                          const motion::PoseMatrix& clip_j,
+                                          const align::TimeWarpOptions& warp = {});
 
 /// The blend of two fragments of the corpus, made into motion.
 [[nodiscard]] blend::Blend make_blend(std::span<const Fragment> fragments,

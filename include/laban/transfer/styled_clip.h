@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "laban/motion/foot_lock.h"
+#include "laban/motion/humanoid.h"
+#include "laban/motion/motion_quality.h"
+#include "laban/transfer/apply_style.h"
+
+namespace laban::transfer {
+
+struct StyledClipOptions {
+  /// Feet stand still where they touch the ground (motion::lock_feet).
+  bool hold_feet = true;
+};
+
+/// A styled motion on the input's rig, at the input's rate.
+struct StyledClip {
+  motion::Clip clip;
+  /// For each frame the (fractional) frame of the input's clip that shows the same moment.
+  std::vector<double> source_frames;
+  std::vector<int> joins;  ///< first frames of what follows a join
+  /// Where the feet of the source fragments stand when played on this rig: the mean of their own
+  /// floors; nullopt if none ever touches the ground.
+  std::optional<motion::FootFloor> source_floor;
+  /// Where the feet are to stand. Held, on the floor that the input stands on (in its scene, which
+  /// no fragment knows), if it ever does; else where those of the sources do.
+  std::optional<motion::FootFloor> floor;
+  /// The fragments that the motion is made of (what was kept as captured among them), each once, as
+  /// played on this rig: what the output is compared with.
+  std::vector<motion::Clip> sources;
+  int foot_stances = 0;          ///< held; 0 without hold_feet
+  int foot_steps = 0;            ///< taken at joins
+  double farthest_foot_m = 0.0;  ///< that a foot was moved
+};
+
+/// Plays a styled motion on the input's rig: retargeting, then the feet.
+/// @param input  the capture whose pose matrix (at the model's rate) was given to apply_style.
+/// @throws as motion::from_pose_matrix and motion::lock_feet.
+[[nodiscard]] StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
+                                    const motion::Capture& input,
+                                    const StyledClipOptions& options = {});
+
+/// How good a styled clip is beside its sources (DESIGN 7).
+struct StyledQuality {
+  motion::MotionQuality output;
+  double source_skate_cm = 0.0;      ///< mean over the sources, each over its own floor
+  double source_toe_height_m = 0.0;  ///< mean of their 2nd percentiles
+  double source_jerk_m_s3 = 0.0;     ///< mean over the sources
+  /// Percentile of the worst join's acceleration inside the sources; nullopt without a join.
+  std::optional<double> join_percentile;
+};
+
+[[nodiscard]] StyledQuality measure_styled(const StyledClip& styled,
+                                           const motion::Humanoid& humanoid);
+
+}  // namespace laban::transfer

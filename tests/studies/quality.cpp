@@ -1,0 +1,319 @@
+// Are styled clips as clean as captures? The figures: ten clips, each of one performer (or
+// style) whom the model does not know, given four targets; foot skate, toes in the floor,
+// acceleration at joins and jerk beside those of the captures that the outputs are made of, with
+// and without held feet. Every second input joins three takes of the performer, so that there are
+// joins of another kind too.
+//
+// Usage: quality_study FOLDER PATTERN [FASTEST_PLAY]
+//   e.g. PATTERN 'dataset-1_{content}_{performer}_{take}'
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "laban/base/error.h"
+#include "laban/effort/observer.h"
+#include "laban/io/clip_file.h"
+#include "laban/math/statistics.h"
+#include "laban/motion/humanoid.h"
+#include "laban/motion/join.h"
+#include "laban/motion/resample.h"
+#include "laban/motion/retarget.h"
+#include "laban/transfer/apply_style.h"
+#include "laban/transfer/style_corpus.h"
+#include "laban/transfer/style_model.h"
+#include "laban/transfer/styled_clip.h"
+
+namespace {
+
+using namespace laban;
+
+constexpr int kInputs = 10;
+constexpr int kBlends = 105;
+
+struct Take {
+  std::string name;
+  std::string content;
+  std::string performer;
+  motion::Capture capture;
+};
+
+/// Fields of a name under a pattern such as "{content}_{performer}".
+std::map<std::string, std::string> match(const std::string& pattern, const std::string& stem) {
+  std::string expression;
+  std::vector<std::string> fields;
+  for (std::size_t at = 0; at < pattern.size(); ++at) {
+    const std::size_t end = pattern[at] == '{' ? pattern.find('}', at) : std::string::npos;
+    if (end == std::string::npos) {
+      expression += std::string("[") + pattern[at] + "]";
+      continue;
+    }
+    fields.push_back(pattern.substr(at + 1, end - at - 1));
+    expression += "(.+?)";
+    at = end;
+  }
+  std::map<std::string, std::string> found;
+  std::smatch parts;
+  if (!std::regex_match(stem, parts, std::regex(expression))) return found;
+  for (std::size_t n = 0; n < fields.size(); ++n) {
+    found[fields[n] == "style" ? "performer" : fields[n]] = parts[n + 1];
+  }
+  return found;
+}
+
+std::vector<Take> read_takes(const std::filesystem::path& folder, const std::string& pattern) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<Take> takes;
+  for (const auto& file : files) {
+    auto fields = match(pattern, file.stem().string());
+    if (fields.empty()) continue;
+    takes.push_back({file.stem().string(), fields["content"], fields["performer"],
+                     motion::find_capture(io::read_clip(file).clip)});
+  }
+  return takes;
+}
+
+/// A model of all takes but one performer's, labelled by the observer.
+transfer::StyleModel model_without(const std::vector<Take>& takes, const std::string& performer,
+                                   double rate_hz) {
+  transfer::StyleCorpus corpus;
+  for (const Take& take : takes) {
+    if (take.performer == performer) continue;
+    corpus.fragments.push_back(
+        {take.name, take.content, take.performer,
+         motion::resample(motion::to_pose_matrix(take.capture.clip, take.capture.humanoid),
+                          rate_hz),
+         std::nullopt});
+  }
+  corpus.blends = transfer::draw_blends(corpus.fragments, {.count = kBlends, .seed = 1});
+  std::vector<effort::Descriptors> descriptors;
+  std::vector<std::string> contents;
+  for (const transfer::Fragment& fragment : corpus.fragments) {
+    descriptors.push_back(effort::describe(fragment.pose));
+    contents.push_back(fragment.content);
+  }
+  const auto reference = effort::fit_observer_reference(descriptors, contents);
+  for (std::size_t n = 0; n < corpus.fragments.size(); ++n) {
+    corpus.fragments[n].effort = effort::observe(descriptors[n], reference, contents[n]).effort;
+  }
+  for (transfer::CorpusBlend& blend : corpus.blends) {
+    const auto made = transfer::make_blend(corpus.fragments, blend);
+    blend.effort = effort::observe(effort::describe(made.pose), reference,
+                                   contents[static_cast<std::size_t>(blend.fragment_i)])
+                       .effort;
+  }
+  transfer::TrainOptions options;
+  options.threads = 2;
+  return transfer::train_style_model(corpus, options);
+}
+
+struct Input {
+  std::string name;
+  std::string performer;
+  motion::Capture capture;
+};
+
+/// Several takes of one performer as one capture on the first one's rig.
+motion::Capture joined(const std::vector<const Take*>& takes) {
+  std::vector<motion::PoseMatrix> parts;
+  const motion::Capture& first = takes.front()->capture;
+  for (const Take* take : takes) {
+    parts.push_back(
+        motion::resample(motion::to_pose_matrix(take->capture.clip, take->capture.humanoid),
+                         first.clip.frame_rate_hz()));
+  }
+  motion::PoseMatrix all = motion::concatenate(parts);
+  all.leg_length_m = first.humanoid.leg_length_m();
+  return {motion::from_pose_matrix(all, first.humanoid, first.clip),
+          first.humanoid.without_t_pose_frame()};
+}
+
+std::vector<Input> choose_inputs(const std::vector<Take>& takes) {
+  std::vector<std::string> performers;
+  for (const Take& take : takes) {
+    if (std::find(performers.begin(), performers.end(), take.performer) == performers.end())
+      performers.push_back(take.performer);
+  }
+  std::vector<Input> inputs;
+  for (std::size_t n = 0; n < kInputs; ++n) {
+    const std::string& performer = performers[n % performers.size()];
+    std::vector<const Take*> own;
+    for (const Take& take : takes) {
+      if (take.performer == performer) own.push_back(&take);
+    }
+    std::vector<const Take*> chosen;
+    for (std::size_t k = 0; k < (n % 2 == 0 ? 1U : 3U); ++k)
+      chosen.push_back(own[(n + 2 * k) % own.size()]);
+    std::string name;
+    for (const Take* take : chosen) name += (name.empty() ? "" : " + ") + take->name;
+    inputs.push_back({name, performer, joined(chosen)});
+  }
+  return inputs;
+}
+
+std::vector<transfer::EffortTarget> targets() {
+  const auto target = [](std::optional<double> flow, std::optional<double> weight,
+                         std::optional<double> time) {
+    return transfer::EffortTarget{{flow, weight, time}, {1.0, 1.0, 1.0}};
+  };
+  return {target(-2.0, std::nullopt, std::nullopt), target(std::nullopt, 2.0, std::nullopt),
+          target(std::nullopt, std::nullopt, 2.0), target(1.5, -1.5, -1.5)};
+}
+
+/// One apply, measured beside its sources.
+struct Row {
+  transfer::StyledQuality quality;
+  int joins = 0;
+  double above_source_floor_m = 0.0;  ///< 2nd percentile of toe height over the sources' floor
+};
+
+struct Column {
+  std::vector<double> values;
+  void print(const char* name, const char* unit) const {
+    if (values.empty()) return;
+    std::printf("  %-44s mean %8.3f  median %8.3f  90th %8.3f  worst %8.3f %s\n", name,
+                math::mean(values), math::median(values), math::percentile(values, 90.0),
+                *std::max_element(values.begin(), values.end()), unit);
+  }
+};
+
+void print_table(const char* title, const std::vector<Row>& rows, double capture_skate) {
+  Column skate, own_skate, sunk, sunk_source, jerk, joins;
+  int skate_held = 0, sunk_held = 0, jerk_held = 0, joins_held = 0;
+  for (const Row& row : rows) {
+    const auto& q = row.quality;
+    skate.values.push_back(q.output.foot_skate_cm);
+    own_skate.values.push_back(q.source_skate_cm);
+    sunk.values.push_back(-100.0 * q.output.toe_height_m);
+    sunk_source.values.push_back(-100.0 * row.above_source_floor_m);
+    jerk.values.push_back(q.output.jerk_m_s3 / q.source_jerk_m_s3);
+    skate_held += q.output.foot_skate_cm <= 1.1 * q.source_skate_cm ? 1 : 0;
+    sunk_held += row.above_source_floor_m >= -0.01 ? 1 : 0;
+    jerk_held += jerk.values.back() <= 1.5 ? 1 : 0;
+    if (!q.join_percentile) continue;
+    joins.values.push_back(*q.join_percentile);
+    joins_held += *q.join_percentile <= 99.0 ? 1 : 0;
+  }
+  std::printf("%s, %zu applies\n", title, rows.size());
+  skate.print("foot skate", "cm/frame");
+  own_skate.print("  of their sources on the input's body", "cm/frame");
+  std::printf("  %-44s %.3f of their sources', %.3f of all captures' on their own rigs (%.3f)\n",
+              "  ratio of means (bar 1.1)", math::mean(skate.values) / math::mean(own_skate.values),
+              math::mean(skate.values) / capture_skate, capture_skate);
+  sunk_source.print("toes below the sources' floor, 2nd percentile", "cm");
+  sunk.print("  below the floor it is to stand on", "cm");
+  jerk.print("jerk over that of the sources (bar 1.5)", "");
+  joins.print("worst join's percentile in captures (bar 99)", "%");
+  std::printf("  within the bar: skate %d, toes %d, jerk %d of %zu; joins %d of %zu\n", skate_held,
+              sunk_held, jerk_held, rows.size(), joins_held, joins.values.size());
+}
+
+/// All captures at the rate of the first, for the accelerations.
+struct Captures {
+  double skate_cm = 0.0;
+  std::vector<motion::MotionQuality> qualities;
+};
+
+Captures print_captures(const std::vector<Take>& takes) {
+  Captures captures;
+  Column skates, toes, floors, heels;
+  for (const Take& take : takes) {
+    const auto found = motion::find_foot_contacts(take.capture.clip, take.capture.humanoid);
+    if (!found.floor) {
+      std::printf("no contact in %s\n", take.name.c_str());
+      continue;
+    }
+    const auto quality =
+        motion::measure_quality(take.capture.clip, take.capture.humanoid, *found.floor);
+    captures.qualities.push_back(quality);
+    skates.values.push_back(quality.foot_skate_cm);
+    toes.values.push_back(-100.0 * quality.toe_height_m);
+    floors.values.push_back(100.0 * found.floor->toe_m);
+    heels.values.push_back(100.0 * found.floor->heel_m);
+  }
+  std::printf("%zu captures\n", takes.size());
+  skates.print("foot skate", "cm/frame");
+  toes.print("toes below the floor, 2nd percentile", "cm");
+  floors.print("height of toes in contact", "cm");
+  heels.print("height of heels in contact", "cm");
+  std::printf("  toe floors from %.2f to %.2f cm\n",
+              *std::min_element(floors.values.begin(), floors.values.end()),
+              *std::max_element(floors.values.begin(), floors.values.end()));
+  captures.skate_cm = math::mean(skates.values);
+  return captures;
+}
+
+void run(const std::filesystem::path& folder, const std::string& pattern,
+         const transfer::ApplyOptions& options) {
+  const std::vector<Take> takes = read_takes(folder, pattern);
+  if (takes.empty()) throw base::Error(base::ErrorKind::kUsage, "no file fits the pattern");
+  const Captures captures = print_captures(takes);
+  const double rate_hz = takes.front().capture.clip.frame_rate_hz() > 60.0
+                             ? 60.0
+                             : takes.front().capture.clip.frame_rate_hz();
+  std::vector<Row> off, on;
+  for (const Input& input : choose_inputs(takes)) {
+    const transfer::StyleModel model = model_without(takes, input.performer, rate_hz);
+    const motion::PoseMatrix pose = motion::resample(
+        motion::to_pose_matrix(input.capture.clip, input.capture.humanoid), rate_hz);
+    for (const transfer::EffortTarget& target : targets()) {
+      const transfer::AppliedStyle applied = transfer::apply_style(model, pose, target, options);
+      for (const bool hold_feet : {false, true}) {
+        const transfer::StyledClip styled =
+            transfer::play_style(model, applied, input.capture, {.hold_feet = hold_feet});
+        Row row{transfer::measure_styled(styled, input.capture.humanoid),
+                static_cast<int>(styled.joins.size()), 0.0};
+        if (styled.floor && styled.source_floor) {
+          row.above_source_floor_m =
+              row.quality.output.toe_height_m + styled.floor->toe_m - styled.source_floor->toe_m;
+        }
+        row.quality.join_percentile = motion::join_acceleration_percentile(
+            row.quality.output, styled.joins, captures.qualities);
+        const auto& q = row.quality;
+        std::printf("%-60s %-3s joins %d skate %.3f/%.3f toes %+.2f cm jerk %.2f join %.1f",
+                    input.name.c_str(), hold_feet ? "on" : "off", row.joins, q.output.foot_skate_cm,
+                    q.source_skate_cm, 100.0 * q.output.toe_height_m,
+                    q.output.jerk_m_s3 / q.source_jerk_m_s3, q.join_percentile.value_or(-1.0));
+        std::printf("  alphas");
+        for (const auto& snippet : applied.snippets) std::printf(" %+.2f", snippet.choice.alpha);
+        if (hold_feet) {
+          std::printf("  stances %d steps %d farthest %.1f cm", styled.foot_stances,
+                      styled.foot_steps, 100.0 * styled.farthest_foot_m);
+        }
+        std::printf("\n");
+        (hold_feet ? on : off).push_back(std::move(row));
+      }
+    }
+  }
+  print_table("feet as blended", off, captures.skate_cm);
+  print_table("feet held", on, captures.skate_cm);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3 && argc != 4) {
+    std::fprintf(stderr, "usage: quality_study FOLDER PATTERN [FASTEST_PLAY]\n");
+    return 2;
+  }
+  try {
+    transfer::ApplyOptions options;
+    if (argc == 4) options.fastest_play = std::atof(argv[3]);
+    run(argv[1], argv[2], options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "quality_study: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
