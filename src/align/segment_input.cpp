@@ -18,6 +18,10 @@ using motion::PoseMatrix;
 
 // First guesses are compared on so many frames a second: which basin, not where in it.
 constexpr double kStartRateHz = 5.0;
+// Of an input that holds several contents, any guess lowers the cost a little by bending one
+// content into another (38 of 45 right on Bandai, against 42, where the lowest cost decides). An
+// input of one content alone falls far lower from the guess that is right.
+constexpr double kClearlyLower = 0.5;
 
 // Every stride-th frame, the first among them.
 Eigen::MatrixXd thinned(const Eigen::MatrixXd& features, int stride) {
@@ -110,7 +114,8 @@ std::vector<Eigen::VectorXd> offsets_of_contents(const FragmentSet& fragments) {
   return offsets;
 }
 
-// The first guess from which the cost falls lowest, on few frames.
+// The plain mean of the input's frames, or the first guess from which the cost falls clearly lower,
+// on few frames.
 Eigen::VectorXd best_start(const Features& few, const FragmentSet& fragments,
                            const SegmentInputOptions& options) {
   std::vector<Eigen::VectorXd> starts = offsets_of_contents(fragments);
@@ -120,7 +125,8 @@ Eigen::VectorXd best_start(const Features& few, const FragmentSet& fragments,
   for (const Eigen::VectorXd& start : starts) {
     const std::optional<Offset> offset = find_offset(few, start, options);
     if (!offset || !(offset->cost < least)) continue;
-    least = offset->cost;
+    // What comes after the plain mean has to be clearly better than it.
+    least = &start == &starts.front() ? kClearlyLower * offset->cost : offset->cost;
     best = &start;
   }
   return *best;

@@ -104,7 +104,7 @@ Corpus read_corpus(const std::filesystem::path& folder, const NamePattern& patte
                    const std::vector<std::string>& contents) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".bvh") files.push_back(entry.path());
+    if (io::is_motion_file(entry.path())) files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
   Corpus corpus{contents, {}, {}};

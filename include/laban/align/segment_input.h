@@ -75,10 +75,10 @@ struct InputSegmentation {
 /// the input and fragment frames of its cells; given the offset, the best path is `segment`'s. It
 /// starts from several guesses, at 5 frames a second: the mean of the input's frames is the
 /// performer's (true if the input holds all that the database does), or it is that of one content
-/// (true if the input holds that alone); the guess that ends at the lowest cost is followed at
-/// offset_rate_hz, and ends when no snippet changes; the cost (of the
-/// frames that the rounds look at) never rises. A last segmentation takes every frame. With the raw
-/// metric nothing is estimated, as in the paper.
+/// (true if the input holds that alone), which is believed where it ends at less than half the
+/// cost. The guess is followed at offset_rate_hz until no snippet changes; the cost (of the frames
+/// that the rounds look at) never rises. A last segmentation takes every frame. With the raw metric
+/// nothing is estimated, as in the paper.
 ///
 /// @param input  at the fragments' frame rate.
 /// @returns nothing if the slope limit leaves no path.
