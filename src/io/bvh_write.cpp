@@ -12,7 +12,6 @@
 #include "laban/io/bvh.h"
 #include "laban/math/rotation.h"
 
-
 namespace laban::io {
 namespace {
 

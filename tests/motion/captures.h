@@ -13,7 +13,8 @@ inline constexpr const char* kNoCaptures =
 /// The folder of real captures, if the environment names one.
 [[nodiscard]] std::optional<std::filesystem::path> captures_root();
 
-/// A BVH or AMC capture; only its first frames if `max_frames` > 0, which spares parsing the rest of a BVH.
+/// A BVH or AMC capture; only its first frames if `max_frames` > 0, which spares parsing the rest
+/// of a BVH.
 [[nodiscard]] motion::Clip load_capture(const std::filesystem::path& path, int max_frames = 0);
 
 }  // namespace laban::test

@@ -35,10 +35,10 @@ struct BvhFile {
 /// Reads a Biovision hierarchy with its motion (DESIGN 3).
 ///
 /// Rotations are composed in the order of a joint's channels, q = q_first * q_second * q_third.
-/// Position channels replace the joint's OFFSET, axis by axis; a joint below the root with all three
-/// of them and OFFSET 0 0 0 has its first position for a rest offset. Scale channels are read and ignored
-/// with a warning. The clip has translations only if a joint other than the root is ever more than
-/// 1e-6 m from its OFFSET; joints that are not then stay exactly on it.
+/// Position channels replace the joint's OFFSET, axis by axis; a joint below the root with all
+/// three of them and OFFSET 0 0 0 has its first position for a rest offset. Scale channels are read
+/// and ignored with a warning. The clip has translations only if a joint other than the root is
+/// ever more than 1e-6 m from its OFFSET; joints that are not then stay exactly on it.
 ///
 /// Accepted: channels in any order, any subset; tabs, CRLF, a byte-order mark, blank lines; names
 /// with spaces and colons; `End Site` in any case, named or absent; rows wrapped over lines, if the
@@ -92,8 +92,8 @@ struct BvhText {
 /// then has six channels too); unique names of [A-Za-z0-9_]; an End Site below every leaf (0 0 0
 /// where the clip has none); one row a frame.
 ///
-/// A joint with position channels has OFFSET 0 0 0, since three.js adds the two where others put the
-/// one in the place of the other; read_bvh takes its first position for its rest offset.
+/// A joint with position channels has OFFSET 0 0 0, since three.js adds the two where others put
+/// the one in the place of the other; read_bvh takes its first position for its rest offset.
 ///
 /// What is not kept: the order of joints (they come depth first); the root's rest offset, which a
 /// clip's root positions replace; the rest offset of other joints with position channels.

@@ -50,7 +50,8 @@ struct LockedFeet {
 ///   shortest rotation.
 /// - A leg is never stretched beyond what it is in the clip or a knee bent by 4 degrees, whichever
 ///   is longer: first the pelvis is lowered, smoothly, then the foot slides.
-/// - Toes are kept from sinking into the floor, off contact too; a foot that swings to another place
+/// - Toes are kept from sinking into the floor, off contact too; a foot that swings to another
+/// place
 ///   clears the floor by a tenth of its way, at most 3 cm, where it would drag.
 /// - A contact in which the point moves at 1 m/s or more is none: a blend may not make the contacts
 ///   of its parents.
