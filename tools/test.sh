@@ -39,6 +39,7 @@ ctest --test-dir build/ci -j "$jobs" --quiet --output-on-failure
 
 if $all; then
   stage "clang++ with address and undefined-behaviour sanitizers: build and test"
+  export LSAN_OPTIONS=suppressions=$PWD/tools/cmake/leaks.supp:print_suppressions=0
   build sanitize all
   ctest --test-dir build/sanitize -j "$jobs" --quiet --output-on-failure -LE package
 
