@@ -16,11 +16,11 @@ constexpr std::size_t kWorthwhile = std::size_t{8} << 20U;
 void prefer_huge_pages([[maybe_unused]] const void* memory, std::size_t size) noexcept {
   if (size < kWorthwhile) return;
 #ifdef MADV_HUGEPAGE
-  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
-  const std::uintptr_t begin = reinterpret_cast<std::uintptr_t>(memory);
-  const std::uintptr_t first = (begin + page - 1) / page * page;
-  const std::uintptr_t last = (begin + size) / page * page;
-  static_cast<void>(::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE));
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  const std::size_t before = (page - reinterpret_cast<std::uintptr_t>(memory) % page) % page;
+  const std::size_t whole = (size - before) / page * page;
+  static_cast<void>(
+      ::madvise(static_cast<char*>(const_cast<void*>(memory)) + before, whole, MADV_HUGEPAGE));
 #endif
 }
 

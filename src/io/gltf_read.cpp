@@ -353,9 +353,8 @@ Timeline find_timeline(const GltfModel& model, std::string_view binary, std::siz
                                                  : find_rate(times);
   const double frames =
       std::floor((times.back() - times.front()) * timeline.frame_rate_hz + 1e-3) + 1.0;
-  const double most =
-      static_cast<double>(kFreeCells + bytes / kBytesPerCell) / static_cast<double>(cells_a_frame);
-  if (!(frames <= most)) {
+  const std::size_t cells = kFreeCells + bytes / kBytesPerCell;
+  if (!(frames <= static_cast<double>(cells) / static_cast<double>(cells_a_frame))) {
     fail_gltf(name, "/animations/" + std::to_string(model.animation),
               std::to_string(times.back() - times.front()) + " s at " +
                   std::to_string(timeline.frame_rate_hz) + " Hz with " +
