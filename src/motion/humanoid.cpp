@@ -27,13 +27,13 @@ std::string name_of(std::size_t standard) {
 /// Standard joints found by one table.
 struct Match {
   const RigTable* table = nullptr;
-  JointIndices joints;
+  StandardJointIndices joints;
   int found = 0;
 };
 
 /// Joints that the user named. @throws Error{kUsage} naming one that the skeleton does not have.
-JointIndices joints_told(const Skeleton& skeleton, const HumanoidOptions& options) {
-  JointIndices joints;
+StandardJointIndices joints_told(const Skeleton& skeleton, const HumanoidOptions& options) {
+  StandardJointIndices joints;
   for (const auto& [which, name] : options.joint_names) {
     const auto index = static_cast<std::size_t>(index_of(which));
     joints[index] = skeleton.find(name);
@@ -65,7 +65,7 @@ bool has_prefix(const Skeleton& skeleton, const std::string& prefix) {
 
 /// False if a table tells where the bones of arms and legs lie and this skeleton's lie otherwise.
 bool bones_lie_as_told(const RigTable& table, const Skeleton& skeleton,
-                       const JointIndices& joints) {
+                       const StandardJointIndices& joints) {
   // Rigs of such a family have them along the axis to a degree; others are anywhere.
   constexpr double kCosTolerance = 0.94;  // 20 degrees
   return std::all_of(table.axes.begin(), table.axes.end(), [&](const AxisHint& hint) {
@@ -81,7 +81,7 @@ bool bones_lie_as_told(const RigTable& table, const Skeleton& skeleton,
 }
 
 Match match(const RigTable& table, const Skeleton& skeleton,
-            const std::map<std::string, int>& names, const JointIndices& told) {
+            const std::map<std::string, int>& names, const StandardJointIndices& told) {
   Match result;
   result.table = &table;
   result.joints = told;
@@ -108,7 +108,7 @@ Match match(const RigTable& table, const Skeleton& skeleton,
 }
 
 Match best_match(const Skeleton& skeleton, const HumanoidOptions& options) {
-  const JointIndices told = joints_told(skeleton, options);
+  const StandardJointIndices told = joints_told(skeleton, options);
   const std::map<std::string, int> names = normalised_names(skeleton);
   Match best;
   best.found = -1;

@@ -17,11 +17,11 @@ using enum StandardJoint;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-int rig_joint(const JointIndices& joints, StandardJoint which) {
+int rig_joint(const StandardJointIndices& joints, StandardJoint which) {
   return *joints[static_cast<std::size_t>(index_of(which))];
 }
 
-Vector3d position(const ModelPose& pose, const JointIndices& joints, StandardJoint which) {
+Vector3d position(const ModelPose& pose, const StandardJointIndices& joints, StandardJoint which) {
   return pose.positions.col(rig_joint(joints, which));
 }
 
@@ -69,7 +69,7 @@ ModelPose table_pose(const Skeleton& skeleton, const RigTable& table) {
 }
 
 /// Model space of the T-pose frame, without what the table says is the figure's own.
-ModelPose frame_pose(const Clip& clip, const JointIndices& joints, const RigTable& table) {
+ModelPose frame_pose(const Clip& clip, const StandardJointIndices& joints, const RigTable& table) {
   ModelPose pose = forward_kinematics(clip, 0);
   for (const StandardJoint joint : table.unbent) {
     const int index = rig_joint(joints, joint);
@@ -83,7 +83,7 @@ ModelPose frame_pose(const Clip& clip, const JointIndices& joints, const RigTabl
 
 /// Turns the pose about +Y until it faces +Z: the hip line and the shoulder line together point
 /// along +X. (Each alone is askew by up to a degree on captured bodies.)
-ModelPose facing_forward(ModelPose pose, const JointIndices& joints) {
+ModelPose facing_forward(ModelPose pose, const StandardJointIndices& joints) {
   Vector3d line = position(pose, joints, kLeftThigh) - position(pose, joints, kRightThigh) +
                   position(pose, joints, kLeftUpperArm) - position(pose, joints, kRightUpperArm);
   const double length = line.norm();
@@ -113,8 +113,8 @@ LimbHint hint_for(const RigTable& table, StandardJoint joint) {
 }
 
 /// The direction of a limb's bone in the pose: the table's, or from the joint to the next.
-Vector3d bone_direction(const ModelPose& pose, const JointIndices& joints, const RigTable& table,
-                        StandardJoint joint) {
+Vector3d bone_direction(const ModelPose& pose, const StandardJointIndices& joints,
+                        const RigTable& table, StandardJoint joint) {
   const Vector3d told = hint_for(table, joint).bone;
   if (!told.isZero()) return told;
   const Vector3d bone = position(pose, joints, next(joint)) - position(pose, joints, joint);
@@ -129,8 +129,8 @@ Vector3d bone_direction(const ModelPose& pose, const JointIndices& joints, const
 
 /// Flexion axis of the elbow or knee of a limb: the table's; else, where the pose bends it visibly,
 /// the normal of the bend; zero if neither tells.
-Vector3d hinge_axis(const ModelPose& pose, const JointIndices& joints, const RigTable& table,
-                    StandardJoint upper) {
+Vector3d hinge_axis(const ModelPose& pose, const StandardJointIndices& joints,
+                    const RigTable& table, StandardJoint upper) {
   const Vector3d told = hint_for(table, upper).hinge;
   if (!told.isZero()) return told;
   const Vector3d a = bone_direction(pose, joints, table, upper).normalized();
@@ -142,7 +142,7 @@ Vector3d hinge_axis(const ModelPose& pose, const JointIndices& joints, const Rig
 
 /// Standard-from-pose rotation of the arm's three joints. Elbows flex the hand forward: about -Y on
 /// the left, +Y on the right. With no hinge known, what points forward stays forward.
-void align_arm(const ModelPose& pose, const JointIndices& joints, const RigTable& table,
+void align_arm(const ModelPose& pose, const StandardJointIndices& joints, const RigTable& table,
                StandardJoint upper, std::array<Quaterniond, kStandardJointCount>& aligned) {
   const double side = is_right(upper) ? -1.0 : 1.0;
   const Vector3d outward = side * Vector3d::UnitX();
@@ -164,7 +164,7 @@ void align_arm(const ModelPose& pose, const JointIndices& joints, const RigTable
 
 /// Standard-from-pose rotation of the leg's joints. Knees flex about +X on both sides; feet and
 /// toes are flat and turn forward.
-void align_leg(const ModelPose& pose, const JointIndices& joints, const RigTable& table,
+void align_leg(const ModelPose& pose, const StandardJointIndices& joints, const RigTable& table,
                StandardJoint thigh, std::array<Quaterniond, kStandardJointCount>& aligned) {
   Vector3d hinge = hinge_axis(pose, joints, table, thigh);
   if (hinge.isZero()) hinge = Vector3d::UnitX();
@@ -188,7 +188,7 @@ void align_leg(const ModelPose& pose, const JointIndices& joints, const RigTable
 
 /// References of a rig that stands upright in `pose`: torso joints and clavicles keep their
 /// orientation (where their bones point is a rig's choice of joint centres), limbs are turned.
-Humanoid::Mapping references_from_pose(const ModelPose& pose, const JointIndices& joints,
+Humanoid::Mapping references_from_pose(const ModelPose& pose, const StandardJointIndices& joints,
                                        const RigTable& table) {
   std::array<Quaterniond, kStandardJointCount> aligned;
   aligned.fill(Quaterniond::Identity());
@@ -207,7 +207,7 @@ Humanoid::Mapping references_from_pose(const ModelPose& pose, const JointIndices
   return mapping;
 }
 
-Humanoid::Mapping references_from_axes(const JointIndices& joints, const RigTable& table) {
+Humanoid::Mapping references_from_axes(const StandardJointIndices& joints, const RigTable& table) {
   Humanoid::Mapping mapping;
   for (const AxisHint& hint : table.axes) {
     const auto s = static_cast<std::size_t>(index_of(hint.joint));
@@ -219,7 +219,7 @@ Humanoid::Mapping references_from_axes(const JointIndices& joints, const RigTabl
   return mapping;
 }
 
-double leg_length(const ModelPose& pose, const JointIndices& joints) {
+double leg_length(const ModelPose& pose, const StandardJointIndices& joints) {
   double sum = 0.0;
   for (const StandardJoint thigh : {kLeftThigh, kRightThigh}) {
     for (const StandardJoint bone : {thigh, next(thigh)}) {
@@ -236,7 +236,7 @@ double root_above_hip_line() {
 
 }  // namespace
 
-bool begins_with_t_pose(const Clip& clip, const JointIndices& joints) {
+bool begins_with_t_pose(const Clip& clip, const StandardJointIndices& joints) {
   const ModelPose pose = facing_forward(forward_kinematics(clip, 0), joints);
   const auto points = [&](StandardJoint joint, const Vector3d& along) {
     const Vector3d bone = position(pose, joints, next(joint)) - position(pose, joints, joint);
@@ -259,8 +259,8 @@ bool begins_with_t_pose(const Clip& clip, const JointIndices& joints) {
   return false;
 }
 
-ReferencePose reference_pose(const Clip& clip, const JointIndices& joints, const RigTable& table,
-                             bool from_first_frame) {
+ReferencePose reference_pose(const Clip& clip, const StandardJointIndices& joints,
+                             const RigTable& table, bool from_first_frame) {
   ReferencePose reference;
   ModelPose pose =
       from_first_frame ? frame_pose(clip, joints, table) : table_pose(clip.skeleton(), table);

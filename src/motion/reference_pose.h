@@ -7,9 +7,6 @@
 
 namespace laban::motion {
 
-/// Index in the rig's skeleton of each standard joint; nullopt where the rig has none.
-using JointIndices = std::array<std::optional<int>, kStandardJointCount>;
-
 /// A rig in the standard reference T-pose.
 struct ReferencePose {
   Humanoid::Mapping joints;
@@ -19,13 +16,13 @@ struct ReferencePose {
 
 /// True if frame 0 is a T-pose (arms sideways, legs down, within 25 degrees) that the next frame
 /// jumps away from (some mapped joint turns by more than 10 degrees), or the only frame.
-[[nodiscard]] bool begins_with_t_pose(const Clip& clip, const JointIndices& joints);
+[[nodiscard]] bool begins_with_t_pose(const Clip& clip, const StandardJointIndices& joints);
 
 /// The reference pose of a rig, from the clip's frame 0 if that is its T-pose, else from the rest
 /// skeleton and the table.
 ///
 /// @throws Error{kData} if a leg or an arm has no length, or the hip line stands upright.
-[[nodiscard]] ReferencePose reference_pose(const Clip& clip, const JointIndices& joints,
+[[nodiscard]] ReferencePose reference_pose(const Clip& clip, const StandardJointIndices& joints,
                                            const RigTable& table, bool from_first_frame);
 
 }  // namespace laban::motion
