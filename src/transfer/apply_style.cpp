@@ -115,21 +115,9 @@ Piece restyle(const StyleModel& model, const motion::PoseMatrix& input,
     piece.contacts = contacts_of(own);
   } else {
     report.choice = search_blend(model, snippet.fragment, target, options.search);
-    const BlendChoice& choice = report.choice;
-    const motion::PoseMatrix& pose_i =
-        model.fragments[static_cast<std::size_t>(choice.fragment_i)].pose;
-    const motion::PoseMatrix& pose_j =
-        model.fragments[static_cast<std::size_t>(choice.fragment_j)].pose;
-    if (choice.is_seed()) {
-      piece.pose = pose_i;
-      piece.contacts = contacts_of(pose_i);
-    } else {
-      blend::Blend made = blend::blend(
-          align_pair(pose_i, pose_j, calm_warp(choice.alpha, options.fastest_play)), choice.alpha);
-      piece.contacts =
-          blend::blend_contacts(made, choice.alpha, contacts_of(pose_i), contacts_of(pose_j));
-      piece.pose = calmed(std::move(made.pose), pose_i, pose_j);
-    }
+    PlayedChoice played = play_choice(model, report.choice, options.fastest_play);
+    piece.pose = std::move(played.pose);
+    piece.contacts = std::move(played.contacts);
   }
   report.measured = effort::observe(effort::describe(piece.pose), model.observer, report.content);
   return piece;
@@ -155,6 +143,19 @@ std::vector<double> source_frames_of(const motion::PoseMatrix& input, const Piec
 }
 
 }  // namespace
+
+PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice, double fastest_play) {
+  const motion::PoseMatrix& pose_i =
+      model.fragments[static_cast<std::size_t>(choice.fragment_i)].pose;
+  if (choice.is_seed()) return {pose_i, contacts_of(pose_i)};
+  const motion::PoseMatrix& pose_j =
+      model.fragments[static_cast<std::size_t>(choice.fragment_j)].pose;
+  blend::Blend made =
+      blend::blend(align_pair(pose_i, pose_j, calm_warp(choice.alpha, fastest_play)), choice.alpha);
+  motion::FootContacts contacts =
+      blend::blend_contacts(made, choice.alpha, contacts_of(pose_i), contacts_of(pose_j));
+  return {calmed(std::move(made.pose), pose_i, pose_j), std::move(contacts)};
+}
 
 AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,
                          const EffortTarget& target, const ApplyOptions& options) {

@@ -6,6 +6,7 @@
 #include "laban/base/rng.h"
 #include "laban/math/parallel.h"
 #include "laban/math/statistics.h"
+#include "laban/transfer/apply_style.h"
 
 namespace laban::transfer {
 namespace {
@@ -14,11 +15,7 @@ ClosedLoopTrial try_target(const StyleModel& model, int fragment, const EffortTa
                            const SearchOptions& search) {
   const BlendChoice choice = search_blend(model, fragment, target, search);
   const Fragment& first = model.fragments[static_cast<std::size_t>(choice.fragment_i)];
-  const motion::PoseMatrix pose =
-      choice.is_seed() ? first.pose
-                       : make_blend(model.fragments,
-                                    {"", choice.fragment_i, choice.fragment_j, choice.alpha, {}})
-                             .pose;
+  const motion::PoseMatrix pose = play_choice(model, choice).pose;
   return {fragment, target, choice.predicted,
           effort::observe(effort::describe(pose), model.observer, first.content).effort};
 }

@@ -25,6 +25,18 @@ struct ApplyOptions {
   bool strict = false;
 };
 
+/// A chosen blend as it is played.
+struct PlayedChoice {
+  motion::PoseMatrix pose;
+  motion::FootContacts contacts;  ///< of the fragments, carried through the blend
+};
+
+/// The one way in which a choice becomes motion, for whoever plays or judges it: its fragments
+/// blended by a calm warp, and low-passed where the blend has more jerk than they.
+/// @param fastest_play  as ApplyOptions::fastest_play.
+[[nodiscard]] PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice,
+                                       double fastest_play = ApplyOptions{}.fastest_play);
+
 /// One snippet of the input and what became of it.
 struct AppliedSnippet {
   int begin = 0;  ///< frames [begin, end) of the input
