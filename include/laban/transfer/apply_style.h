@@ -20,7 +20,7 @@ struct ApplyOptions {
   /// In a blend no fragment plays faster than so many times its own speed, unless it is that much
   /// longer; in (1, 4]. Limits the slope of time warps, the more the farther alpha lies outside
   /// [0, 1]: there a steep warp jerks. 4 leaves the warps of [0, 1] as they were learnt from.
-  double fastest_play = 2.0;
+  double fastest_play = 4.0;
   /// A snippet that matches no content is an error; otherwise it is kept as captured and reported.
   bool strict = false;
 };
