@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <numeric>
 
 #include "laban/base/error.h"
 #include "laban/base/rng.h"
+#include "laban/math/dyadic_mean.h"
 #include "laban/math/parallel.h"
+#include "laban/math/statistics.h"
+#include "laban/math/student_t.h"
 
 namespace laban::effort {
 namespace {
@@ -69,47 +73,78 @@ std::vector<RegressorKind> fitted_models(const std::vector<RegressorKind>& asked
 // Errors are summed in index order, one by one: a vectorised sum depends on where a column happens
 // to lie in memory, and so on which models are evaluated beside it.
 
-/// Mean squared error of each factor.
-Eigen::Vector3d mean_squared_errors(const Eigen::Matrix3Xd& predicted,
-                                    const Eigen::Matrix3Xd& labels) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (Eigen::Index n = 0; n < labels.cols(); ++n) {
-    for (int f = 0; f < kFactorCount; ++f) {
-      const double residual = predicted(f, n) - labels(f, n);
-      sum[f] += residual * residual;
-    }
-  }
-  return sum / static_cast<double>(labels.cols());
+/// 3 x N squared errors of each factor.
+Eigen::Matrix3Xd squared_errors(const Eigen::Matrix3Xd& predicted, const Eigen::Matrix3Xd& labels) {
+  return (predicted - labels).array().square();
 }
 
-/// 3 x models mean squared errors of one run.
-Eigen::Matrix3Xd run_split(const StyleSamples& samples, const Split& split,
-                           std::span<const RegressorKind> kinds,
-                           const StyleRegressorOptions& options) {
+Eigen::Vector3d mean_of_columns(const Eigen::Matrix3Xd& values) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (Eigen::Index n = 0; n < values.cols(); ++n) {
+    for (int f = 0; f < kFactorCount; ++f) sum[f] += values(f, n);
+  }
+  return sum / static_cast<double>(values.cols());
+}
+
+/// Squared errors of one run's test columns, one matrix a model.
+using RunErrors = std::vector<Eigen::Matrix3Xd>;
+
+RunErrors run_split(const StyleSamples& samples, const Split& split,
+                    std::span<const RegressorKind> kinds, const StyleRegressorOptions& options) {
   const StyleSamples test = samples.subset(split.test);
-  const std::vector<StyleRegressor> models =
-      fit_style_regressors(samples.subset(split.train), kinds, options);
-  Eigen::Matrix3Xd errors(kFactorCount, static_cast<Eigen::Index>(models.size()));
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    errors.col(static_cast<Eigen::Index>(m)) =
-        mean_squared_errors(models[m].predict(test.features), test.labels);
+  RunErrors errors;
+  for (const StyleRegressor& model :
+       fit_style_regressors(samples.subset(split.train), kinds, options)) {
+    errors.push_back(squared_errors(model.predict(test.features), test.labels));
   }
   return errors;
 }
 
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
+
+/// Fills in the 95 % interval.
+Estimate with_interval(Estimate estimate) {
+  if (estimate.degrees_of_freedom < 1 || !std::isfinite(estimate.corrected_standard_error)) {
+    estimate.corrected_standard_error = kUnknown;
+    estimate.low = -kUnknown;
+    estimate.high = kUnknown;
+    return estimate;
+  }
+  const double half = estimate.corrected_standard_error *
+                      math::student_t_quantile(0.975, estimate.degrees_of_freedom);
+  estimate.low = estimate.mean - half;
+  estimate.high = estimate.mean + half;
+  return estimate;
+}
+
+/// Of one value a run; runs share blends.
 /// @param test_to_train  mean over runs of the test part's size over the training part's.
-Estimate estimate(const Eigen::Ref<const Eigen::VectorXd>& values, double test_to_train) {
+Estimate estimate_over_runs(const Eigen::VectorXd& values, double test_to_train) {
   const double runs = static_cast<double>(values.size());
   Estimate result;
   for (const double value : values) result.mean += value / runs;
-  if (values.size() < 2) return result;
+  result.degrees_of_freedom = static_cast<int>(values.size()) - 1;
+  result.standard_error = result.corrected_standard_error = kUnknown;
+  if (values.size() < 2) return with_interval(result);
   double variance = 0.0;
   for (const double value : values) {
     variance += (value - result.mean) * (value - result.mean) / (runs - 1.0);
   }
   result.standard_error = std::sqrt(variance / runs);
   result.corrected_standard_error = std::sqrt(variance * (1.0 / runs + test_to_train));
-  return result;
+  return with_interval(result);
+}
+
+/// Of one value a tested blend; blends share performers.
+Estimate estimate_over_blends(const Eigen::VectorXd& values, const TestedBlends& blends) {
+  const std::span<const double> span = math::as_span(values);
+  const math::DyadicMean dyadic = math::dyadic_mean(span, blends.first, blends.second);
+  Estimate result;
+  result.mean = dyadic.mean;
+  result.standard_error = values.size() < 2 ? kUnknown : math::standard_error(span);
+  result.corrected_standard_error = dyadic.standard_error;
+  result.degrees_of_freedom = dyadic.members - 1;
+  return with_interval(result);
 }
 
 double ratio(double numerator, double denominator) {
@@ -146,25 +181,67 @@ double mean_test_to_train(std::span<const Split> splits) {
   return sum / static_cast<double>(splits.size());
 }
 
-FactorReport report_factor(Factor factor, const Eigen::MatrixXd& errors,
-                           std::span<const RegressorKind> kinds, const Eigen::RowVectorXd& labels,
-                           double test_to_train) {
-  FactorReport report;
-  report.factor = factor;
-  report.label_variance = (labels.array() - labels.mean()).square().mean();
+/// What estimates are of: a row a run or a tested blend, a column a model.
+const Eigen::MatrixXd& rows_of(const EvaluationReport& report, std::size_t factor) {
+  return report.blends ? report.blends->squared_errors[factor] : report.run_errors[factor];
+}
+
+Estimate estimate(const EvaluationReport& report, const Eigen::VectorXd& values) {
+  return report.blends ? estimate_over_blends(values, *report.blends)
+                       : estimate_over_runs(values, report.test_to_train);
+}
+
+std::vector<ModelScore> score_models(const EvaluationReport& report, std::size_t factor,
+                                     std::span<const RegressorKind> kinds) {
+  std::vector<ModelScore> scores;
+  double interpolation = 0.0;
   for (std::size_t m = 0; m < kinds.size(); ++m) {
     ModelScore score;
     score.kind = kinds[m];
-    score.error = estimate(errors.col(static_cast<Eigen::Index>(m)), test_to_train);
-    score.paper = paper_mean_squared_error(factor, kinds[m]);
-    report.models.push_back(score);
+    score.error = estimate(report, rows_of(report, factor).col(static_cast<Eigen::Index>(m)));
+    score.paper = paper_mean_squared_error(kFactors[factor], kinds[m]);
+    if (score.kind == RegressorKind::kLinearInterpolation) interpolation = score.error.mean;
+    scores.push_back(score);
   }
-  const std::size_t baseline = *position_of(report, RegressorKind::kLinearInterpolation);
-  const double reference = report.models[baseline].error.mean;
-  for (ModelScore& score : report.models) {
-    score.ratio_to_interpolation = ratio(score.error.mean, reference);
+  for (ModelScore& score : scores)
+    score.ratio_to_interpolation = ratio(score.error.mean, interpolation);
+  return scores;
+}
+
+/// Every model against linear interpolation, then the fifth against the others.
+std::vector<PairedDifference> differences_of(const EvaluationReport& report, Factor factor) {
+  constexpr auto kBaseline = RegressorKind::kLinearInterpolation;
+  constexpr auto kFifth = RegressorKind::kResidualKernelRidge;
+  const FactorReport& scores = report.factors[static_cast<std::size_t>(factor)];
+  std::vector<PairedDifference> differences;
+  for (const ModelScore& score : scores.models) {
+    if (score.kind != kBaseline)
+      differences.push_back(report.compare(factor, score.kind, kBaseline));
   }
-  return report;
+  if (!position_of(scores, kFifth)) return differences;
+  for (const ModelScore& score : scores.models) {
+    if (score.kind != kBaseline && score.kind != kFifth)
+      differences.push_back(report.compare(factor, kFifth, score.kind));
+  }
+  return differences;
+}
+
+/// Fills in everything about factors that follows from the errors of runs and blends.
+void report_factors(EvaluationReport& report, std::span<const RegressorKind> kinds,
+                    const Eigen::Matrix3Xd& labels) {
+  for (std::size_t f = 0; f < kFactorCount; ++f) {
+    FactorReport& factor = report.factors[f];
+    const Eigen::RowVectorXd row = labels.row(static_cast<Eigen::Index>(f));
+    factor.factor = kFactors[f];
+    factor.label_variance = (row.array() - row.mean()).square().mean();
+    factor.models = score_models(report, f, kinds);
+    factor.differences = differences_of(report, kFactors[f]);
+    const auto best = best_of_the_others(factor);
+    if (best && position_of(factor, RegressorKind::kResidualKernelRidge)) {
+      factor.fifth_against_best =
+          report.compare(kFactors[f], RegressorKind::kResidualKernelRidge, *best);
+    }
+  }
 }
 
 /// Counts finished runs and tells a listener, from whatever thread finishes one.
@@ -186,6 +263,104 @@ class RunCounter {
   std::size_t done_ = 0;
   std::mutex mutex_;
 };
+
+/// Squared errors of every run. @param features  of all columns as run r knows them; empty: those
+/// of the samples.
+std::vector<RunErrors> run_all(const StyleSamples& samples, std::span<const Split> splits,
+                               std::span<const RegressorKind> kinds,
+                               const EvaluationOptions& options, const FeaturesWithout& features,
+                               base::Progress* progress) {
+  std::vector<RunErrors> errors(splits.size());
+  RunCounter counter(progress, splits.size());
+  math::parallel_for(static_cast<int>(splits.size()), options.threads, [&](int run) {
+    const auto r = static_cast<std::size_t>(run);
+    // Folds of run r depend on (seed, r) only; the offset keeps their stream off the splits'.
+    const std::uint64_t fold_seed =
+        options.seed + 0x9e3779b97f4a7c15ULL * (static_cast<std::uint64_t>(run) + 1U);
+    const StyleRegressorOptions learning{.symmetric = options.symmetric,
+                                         .folds = options.folds,
+                                         .seed = fold_seed,
+                                         .grid = options.grid};
+    if (features) {
+      const StyleSamples known{features(run), samples.labels, samples.groups};
+      known.check();
+      errors[r] = run_split(known, splits[r], kinds, learning);
+    } else {
+      errors[r] = run_split(samples, splits[r], kinds, learning);
+    }
+    counter.count_one();
+  });
+  return errors;
+}
+
+/// Sizes and mean errors of the runs.
+EvaluationReport report_runs(std::span<const Split> splits, const std::vector<RunErrors>& errors,
+                             std::size_t model_count) {
+  EvaluationReport report;
+  report.runs = static_cast<int>(splits.size());
+  report.train = static_cast<int>(splits.front().train.size());
+  report.test = static_cast<int>(splits.front().test.size());
+  report.test_to_train = mean_test_to_train(splits);
+  for (Eigen::MatrixXd& table : report.run_errors)
+    table.resize(report.runs, static_cast<Eigen::Index>(model_count));
+  for (std::size_t r = 0; r < splits.size(); ++r) {
+    report.run_list.push_back(
+        {"", static_cast<int>(splits[r].train.size()), static_cast<int>(splits[r].test.size())});
+    for (std::size_t m = 0; m < model_count; ++m) {
+      const Eigen::Vector3d means = mean_of_columns(errors[r][m]);
+      for (std::size_t f = 0; f < kFactorCount; ++f) {
+        report.run_errors[f](static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(m)) =
+            means[static_cast<Eigen::Index>(f)];
+      }
+    }
+  }
+  return report;
+}
+
+/// Every tested column once: its errors are means over the runs that test it.
+TestedBlends gather_blends(std::span<const Split> splits, const std::vector<RunErrors>& errors,
+                           const ParentGroups& groups, std::size_t model_count) {
+  std::vector<double> times(groups.first.size(), 0.0);
+  for (const Split& split : splits) {
+    for (const int column : split.test) times[static_cast<std::size_t>(column)] += 1.0;
+  }
+  TestedBlends blends;
+  std::vector<Eigen::Index> place(times.size(), -1);
+  for (std::size_t n = 0; n < times.size(); ++n) {
+    if (times[n] == 0.0) continue;
+    place[n] = std::ssize(blends.columns);
+    blends.columns.push_back(static_cast<int>(n));
+    blends.first.push_back(groups.first[n]);
+    blends.second.push_back(groups.second[n]);
+  }
+  for (std::size_t f = 0; f < kFactorCount; ++f) {
+    Eigen::MatrixXd& table = blends.squared_errors[f];
+    table.setZero(std::ssize(blends.columns), static_cast<Eigen::Index>(model_count));
+    for (std::size_t r = 0; r < splits.size(); ++r) {
+      for (std::size_t t = 0; t < splits[r].test.size(); ++t) {
+        const auto column = static_cast<std::size_t>(splits[r].test[t]);
+        for (std::size_t m = 0; m < model_count; ++m) {
+          table(place[column], static_cast<Eigen::Index>(m)) +=
+              errors[r][m](static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(t)) /
+              times[column];
+        }
+      }
+    }
+  }
+  return blends;
+}
+
+/// Regressors need as many to learn from (fit_style_regressor).
+constexpr int kLeastTraining = 3;
+
+/// Why a run cannot be made; empty if it can.
+std::string reason_to_skip(const StyleSamples& samples, const Split& split) {
+  const StyleSamples train = samples.subset(split.train);
+  const std::size_t blends = columns_of_blends(train).size();
+  if (split.test.empty()) return "no blend to test on";
+  if (blends >= kLeastTraining) return {};
+  return std::to_string(blends) + " blends to train on, at least " + std::to_string(kLeastTraining);
+}
 
 }  // namespace
 
@@ -211,20 +386,88 @@ std::vector<std::string> EvaluationOptions::problems() const {
   return problems;
 }
 
+std::string_view name_of(Protocol protocol) {
+  switch (protocol) {
+    case Protocol::kRandom:
+      return "random";
+    case Protocol::kLeavePerformerOut:
+      return "leave-performer-out";
+    case Protocol::kLeaveContentOut:
+      return "leave-content-out";
+  }
+  return {};
+}
+
+std::optional<Protocol> protocol_named(std::string_view name) {
+  for (const Protocol protocol : kProtocols) {
+    if (name_of(protocol) == name) return protocol;
+  }
+  return std::nullopt;
+}
+
+std::string_view name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kBelow:
+      return "below";
+    case Verdict::kWithinNoise:
+      return "within noise";
+    case Verdict::kAbove:
+      return "above";
+  }
+  return {};
+}
+
+void ParentGroups::check(int count) const {
+  const auto known = [this](int group) { return group >= 0 && group < std::ssize(names); };
+  if (std::ssize(first) != count || std::ssize(second) != count ||
+      !std::all_of(first.begin(), first.end(), known) ||
+      !std::all_of(second.begin(), second.end(), known)) {
+    throw base::Error(base::ErrorKind::kData, "evaluation: the parents of each of the " +
+                                                  std::to_string(count) +
+                                                  " columns must belong to one of the " +
+                                                  std::to_string(names.size()) + " groups");
+  }
+}
+
+Verdict Estimate::verdict() const noexcept {
+  if (high < 0.0) return Verdict::kBelow;
+  return low > 0.0 ? Verdict::kAbove : Verdict::kWithinNoise;
+}
+
+std::optional<FifthStanding> FactorReport::fifth_standing() const {
+  std::optional<FifthStanding> standing;
+  for (const PairedDifference& paired : differences) {
+    if (paired.model != RegressorKind::kResidualKernelRidge) continue;
+    if (!standing) standing.emplace();
+    const Verdict verdict = paired.difference.verdict();
+    if (paired.against == RegressorKind::kLinearInterpolation) {
+      standing->below_interpolation = verdict == Verdict::kBelow;
+    } else if (verdict == Verdict::kAbove) {
+      standing->not_above_others = false;
+    }
+  }
+  return standing;
+}
+
 PairedDifference EvaluationReport::compare(Factor factor, RegressorKind model,
                                            RegressorKind against) const {
-  const FactorReport& report = factors[static_cast<std::size_t>(factor)];
+  const auto f = static_cast<std::size_t>(factor);
+  const FactorReport& report = factors[f];
   const auto a = position_of(report, model), b = position_of(report, against);
   if (!a || !b) {
     throw base::Error(base::ErrorKind::kUsage,
                       "evaluation: " + std::string(name_of(a ? against : model)) +
                           " was not evaluated, name it among the models");
   }
-  const Eigen::MatrixXd& errors = run_errors[static_cast<std::size_t>(factor)];
-  return {model, against,
-          estimate(
-              errors.col(static_cast<Eigen::Index>(*a)) - errors.col(static_cast<Eigen::Index>(*b)),
-              test_to_train)};
+  const Eigen::MatrixXd& errors = rows_of(*this, f);
+  Eigen::VectorXd difference =
+      errors.col(static_cast<Eigen::Index>(*a)) - errors.col(static_cast<Eigen::Index>(*b));
+  // Two models that predict the same but for round-off would else be told apart by it.
+  const double round_off = 1e-12 * report.label_variance;
+  for (double& value : difference) {
+    if (std::abs(value) <= round_off) value = 0.0;
+  }
+  return {model, against, estimate(*this, difference)};
 }
 
 std::vector<Split> random_splits(const StyleSamples& samples, const EvaluationOptions& options) {
@@ -269,44 +512,71 @@ EvaluationReport evaluate_splits(const StyleSamples& samples, std::span<const Sp
     throw base::Error(base::ErrorKind::kData, "evaluation: no split, at least one");
   }
   for (const Split& split : splits) require_columns(split, samples.count());
-
   const std::vector<RegressorKind> kinds = fitted_models(options.models);
-  const int runs = static_cast<int>(splits.size());
-  std::vector<Eigen::Matrix3Xd> errors(splits.size());
-  RunCounter counter(progress, splits.size());
-  math::parallel_for(runs, options.threads, [&](int run) {
-    const auto r = static_cast<std::size_t>(run);
-    // Folds of run r depend on (seed, r) only; the offset keeps their stream off the splits'.
-    const std::uint64_t fold_seed =
-        options.seed + 0x9e3779b97f4a7c15ULL * (static_cast<std::uint64_t>(run) + 1U);
-    errors[r] = run_split(samples, splits[r], kinds,
-                          {.symmetric = options.symmetric,
-                           .folds = options.folds,
-                           .seed = fold_seed,
-                           .grid = options.grid});
-    counter.count_one();
-  });
+  const auto errors = run_all(samples, splits, kinds, options, {}, progress);
+  EvaluationReport report = report_runs(splits, errors, kinds.size());
+  report_factors(report, kinds, samples.labels);
+  return report;
+}
 
-  EvaluationReport report;
-  report.runs = runs;
-  report.train = static_cast<int>(splits.front().train.size());
-  report.test = static_cast<int>(splits.front().test.size());
-  report.test_to_train = mean_test_to_train(splits);
-  for (std::size_t f = 0; f < kFactorCount; ++f) {
-    const auto row = static_cast<Eigen::Index>(f);
-    Eigen::MatrixXd& table = report.run_errors[f];
-    table.resize(runs, static_cast<Eigen::Index>(kinds.size()));
-    for (int run = 0; run < runs; ++run) {
-      table.row(run) = errors[static_cast<std::size_t>(run)].row(row);
-    }
-    report.factors[f] =
-        report_factor(kFactors[f], table, kinds, samples.labels.row(row), report.test_to_train);
-    const auto best = best_of_the_others(report.factors[f]);
-    if (best && position_of(report.factors[f], RegressorKind::kResidualKernelRidge)) {
-      report.factors[f].fifth_against_best =
-          report.compare(kFactors[f], RegressorKind::kResidualKernelRidge, *best);
+std::vector<Split> leave_one_out_splits(const ParentGroups& groups, int count) {
+  groups.check(count);
+  std::vector<Split> splits(groups.names.size());
+  for (int group = 0; group < std::ssize(groups.names); ++group) {
+    Split& split = splits[static_cast<std::size_t>(group)];
+    for (int column = 0; column < count; ++column) {
+      const auto n = static_cast<std::size_t>(column);
+      const bool held_out = groups.first[n] == group || groups.second[n] == group;
+      (held_out ? split.test : split.train).push_back(column);
     }
   }
+  return splits;
+}
+
+EvaluationReport evaluate_leaving_one_out(const StyleSamples& samples, const ParentGroups& groups,
+                                          Protocol protocol,
+                                          const FeaturesWithout& features_without,
+                                          const EvaluationOptions& options,
+                                          base::Progress* progress) {
+  require_valid(options.problems());
+  samples.check();
+  const std::vector<Split> all = leave_one_out_splits(groups, samples.count());
+  std::vector<Split> splits;
+  std::vector<int> group_of_run;
+  std::vector<SkippedRun> skipped;
+  for (std::size_t g = 0; g < all.size(); ++g) {
+    const std::string reason = reason_to_skip(samples, all[g]);
+    if (reason.empty()) {
+      splits.push_back(all[g]);
+      group_of_run.push_back(static_cast<int>(g));
+    } else {
+      skipped.push_back({{groups.names[g], static_cast<int>(all[g].train.size()),
+                          static_cast<int>(all[g].test.size())},
+                         reason});
+    }
+  }
+  if (splits.empty()) {
+    throw base::Error(base::ErrorKind::kData,
+                      "evaluation: " + std::string(name_of(protocol)) + " has no run of " +
+                          std::to_string(all.size()) +
+                          " to make: each leaves too few blends to train on or none to test on");
+  }
+  const std::vector<RegressorKind> kinds = fitted_models(options.models);
+  FeaturesWithout features;
+  if (features_without) {
+    features = [&](int run) {
+      return features_without(group_of_run[static_cast<std::size_t>(run)]);
+    };
+  }
+  const auto errors = run_all(samples, splits, kinds, options, features, progress);
+  EvaluationReport report = report_runs(splits, errors, kinds.size());
+  report.protocol = protocol;
+  report.skipped = std::move(skipped);
+  for (std::size_t r = 0; r < splits.size(); ++r) {
+    report.run_list[r].held_out = groups.names[static_cast<std::size_t>(group_of_run[r])];
+  }
+  report.blends = gather_blends(splits, errors, groups, kinds.size());
+  report_factors(report, kinds, samples.labels);
   return report;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numeric>
 
 #include "laban/align/content_metric.h"
 #include "laban/base/error.h"
@@ -32,13 +33,21 @@ Numbering number(std::span<const Fragment> fragments, const NameOf& name_of) {
   return numbering;
 }
 
-/// Angles of every fragment on the branches of the mean pose of all of them.
-std::vector<Eigen::MatrixXd> angles_on_one_branch(std::span<const Fragment> fragments) {
+std::vector<int> all_of(std::span<const Fragment> fragments) {
+  std::vector<int> indices(fragments.size());
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
+/// Angles of every fragment on the branches of the mean pose of some of them.
+std::vector<Eigen::MatrixXd> angles_on_one_branch(std::span<const Fragment> fragments,
+                                                  std::span<const int> known) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(motion::kAngleRowCount);
   int frames = 0;
-  for (const Fragment& fragment : fragments) {
-    sum += fragment.pose.angles.rowwise().sum();
-    frames += fragment.pose.frame_count();
+  for (const int n : known) {
+    const motion::PoseMatrix& pose = fragments[static_cast<std::size_t>(n)].pose;
+    sum += pose.angles.rowwise().sum();
+    frames += pose.frame_count();
   }
   const Eigen::VectorXd mean = sum / frames;
   std::vector<Eigen::MatrixXd> angles;
@@ -144,7 +153,7 @@ std::vector<CorpusBlend> draw_blends(std::span<const Fragment> fragments,
 std::vector<Eigen::VectorXd> content_coordinates(std::span<const Fragment> fragments,
                                                  const effort::ContentMap& map) {
   std::vector<Eigen::VectorXd> coordinates;
-  for (const Eigen::MatrixXd& angles : angles_on_one_branch(fragments)) {
+  for (const Eigen::MatrixXd& angles : angles_on_one_branch(fragments, all_of(fragments))) {
     coordinates.push_back(map.coordinates(angles));
   }
   return coordinates;
@@ -152,7 +161,20 @@ std::vector<Eigen::VectorXd> content_coordinates(std::span<const Fragment> fragm
 
 effort::ContentMap fit_corpus_content_map(std::span<const Fragment> fragments,
                                           const effort::ContentMapOptions& options) {
-  return effort::fit_content_map(angles_on_one_branch(fragments), options);
+  return effort::fit_content_map(angles_on_one_branch(fragments, all_of(fragments)), options);
+}
+
+std::vector<Eigen::VectorXd> coordinates_known_to(std::span<const Fragment> fragments,
+                                                  std::span<const int> known,
+                                                  const effort::ContentMapOptions& options) {
+  require(!known.empty(), "content coordinates: no fragment is known, at least one");
+  const std::vector<Eigen::MatrixXd> angles = angles_on_one_branch(fragments, known);
+  std::vector<Eigen::MatrixXd> seen;
+  for (const int n : known) seen.push_back(angles[static_cast<std::size_t>(n)]);
+  const effort::ContentMap map = effort::fit_content_map(seen, options);
+  std::vector<Eigen::VectorXd> coordinates;
+  for (const Eigen::MatrixXd& one : angles) coordinates.push_back(map.coordinates(one));
+  return coordinates;
 }
 
 effort::StyleSamples style_samples(const StyleCorpus& corpus,

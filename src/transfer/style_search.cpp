@@ -110,6 +110,16 @@ Eigen::Matrix3Xd effort_curve(const StyleModel& model, int fragment_i, int fragm
   return model.regressor.predict_curves(z.head(z.size() - 1), alphas, scratch);
 }
 
+std::optional<effort::StylePrediction> effort_curve_with_error(const StyleModel& model,
+                                                               int fragment_i, int fragment_j,
+                                                               const std::vector<double>& alphas) {
+  Eigen::MatrixXd z = features_of(model, {fragment_i, fragment_j})
+                          .replicate(1, static_cast<Eigen::Index>(alphas.size()));
+  z.bottomRows(1) =
+      Eigen::Map<const Eigen::RowVectorXd>(alphas.data(), static_cast<Eigen::Index>(alphas.size()));
+  return model.regressor.predict_with_error(z);
+}
+
 BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarget& target,
                          const SearchOptions& options) {
   throw_problems(target.problems());

@@ -76,6 +76,225 @@ TEST(RandomSplits, KeepTheRowsOfOneBlendTogether) {
   }
 }
 
+/// Groups of parents drawn at random among `names`; some blends have both parents in one.
+ParentGroups some_parents(int count, int names, std::uint64_t seed) {
+  base::Rng rng(seed);
+  ParentGroups groups;
+  for (int g = 0; g < names; ++g)
+    groups.names.push_back(std::string("p").append(std::to_string(g)));
+  for (int n = 0; n < count; ++n) {
+    groups.first.push_back(rng.index(names));
+    groups.second.push_back(rng.index(names));
+  }
+  return groups;
+}
+
+TEST(LeaveOneOutSplits, HoldOutEveryBlendWithAParentInTheGroupAndCoverAllBlends) {
+  const ParentGroups groups = some_parents(60, 7, 4);
+  const auto splits = leave_one_out_splits(groups, 60);
+  ASSERT_EQ(splits.size(), 7U);
+  std::vector<int> tested(60, 0);
+  for (int g = 0; g < 7; ++g) {
+    const Split& split = splits[static_cast<std::size_t>(g)];
+    EXPECT_EQ(split.train.size() + split.test.size(), 60U);
+    for (const int n : split.train) {
+      EXPECT_NE(groups.first[static_cast<std::size_t>(n)], g);
+      EXPECT_NE(groups.second[static_cast<std::size_t>(n)], g);
+    }
+    for (const int n : split.test) ++tested[static_cast<std::size_t>(n)];
+  }
+  for (std::size_t n = 0; n < 60; ++n)
+    EXPECT_EQ(tested[n], groups.first[n] == groups.second[n] ? 1 : 2);
+}
+
+// Oracle: the errors by hand, from interpolation, which learns nothing.
+TEST(EvaluateLeavingOneOut, CountsEachBlendOnceWithItsMeanErrorOverTheRunsThatHoldItOut) {
+  const StyleSamples samples = some_blends(40, 0.5);
+  const ParentGroups groups = some_parents(40, 6, 2);
+  EvaluationOptions options = quick(2);
+  options.models = {RegressorKind::kLinearInterpolation};
+  const EvaluationReport report =
+      evaluate_leaving_one_out(samples, groups, Protocol::kLeavePerformerOut, {}, options);
+  ASSERT_EQ(report.runs, 6);
+  EXPECT_EQ(report.run_list[2].held_out, "p2");
+  const Eigen::Matrix3Xd squares =
+      (linear_interpolation(samples.features) - samples.labels).array().square();
+  const auto splits = leave_one_out_splits(groups, 40);
+  for (std::size_t f = 0; f < kFactorCount; ++f) {
+    const Eigen::RowVectorXd row = squares.row(static_cast<int>(f));
+    EXPECT_NEAR(report.factors[f].models[0].error.mean, row.mean(), 1e-12);
+    EXPECT_EQ(report.factors[f].models[0].error.degrees_of_freedom, 5);
+    double sum = 0.0;
+    for (const int n : splits[2].test) sum += row[n];
+    EXPECT_NEAR(report.run_errors[f](2, 0), sum / static_cast<double>(splits[2].test.size()),
+                1e-12);
+  }
+}
+
+TEST(EvaluateLeavingOneOut, TrainsEachRunOnWhatIsKnownWithoutItsGroup) {
+  const StyleSamples samples = some_blends(50, 0.3);
+  const ParentGroups groups = some_parents(50, 5, 3);
+  EvaluationOptions options = quick(2);
+  options.models = {RegressorKind::kKernelRidge};
+  // What run 3 is told is nonsense, what the others are told is what the samples say.
+  const auto told = [&](int group) {
+    Eigen::MatrixXd features = samples.features;
+    if (group == 3) features.topRows(6).setZero();
+    return features;
+  };
+  const auto protocol = Protocol::kLeavePerformerOut;
+  const auto plain = evaluate_leaving_one_out(samples, groups, protocol, {}, options);
+  const auto misled = evaluate_leaving_one_out(samples, groups, protocol, told, options);
+  for (int run = 0; run < 5; ++run) {
+    EXPECT_EQ(plain.run_errors[0](run, 0) == misled.run_errors[0](run, 0), run != 3) << run;
+  }
+}
+
+TEST(EvaluateLeavingOneOut, TellsTheRunsItSkips) {
+  const StyleSamples samples = some_blends(30, 0.3);
+  ParentGroups groups = some_parents(30, 4, 5);
+  groups.names.push_back("nobody's parent");
+  // Group 0 has a part in all blends but two.
+  for (std::size_t n = 2; n < 30; ++n) groups.first[n] = 0;
+  groups.first[0] = groups.first[1] = groups.second[0] = groups.second[1] = 1;
+  EvaluationOptions options = quick(2);
+  options.models = {RegressorKind::kLinearRidge};
+  const auto report =
+      evaluate_leaving_one_out(samples, groups, Protocol::kLeaveContentOut, {}, options);
+  ASSERT_EQ(report.skipped.size(), 2U);
+  EXPECT_EQ(report.runs, 3);
+  EXPECT_EQ(report.skipped[0].run.held_out, "p0");
+  EXPECT_EQ(report.skipped[0].reason, "2 blends to train on, at least 3");
+  EXPECT_EQ(report.skipped[1].run.held_out, "nobody's parent");
+  EXPECT_EQ(report.skipped[1].reason, "no blend to test on");
+
+  const ParentGroups one{std::vector<int>(30, 0), std::vector<int>(30, 0), {"all"}};
+  try {
+    (void)evaluate_leaving_one_out(samples, one, Protocol::kLeaveContentOut, {}, options);
+    FAIL();
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("leave-content-out has no run of 1 to make"));
+  }
+  EXPECT_THROW((void)leave_one_out_splits(one, 31), base::Error);
+}
+
+TEST(EvaluateLeavingOneOut, DoesNotDependOnTheNumberOfThreads) {
+  const StyleSamples samples = some_blends(60, 0.3);
+  const ParentGroups groups = some_parents(60, 6, 1);
+  EvaluationOptions one = quick(2), many = quick(2);
+  one.threads = 1;
+  many.threads = 3;
+  const auto protocol = Protocol::kLeavePerformerOut;
+  const auto a = evaluate_leaving_one_out(samples, groups, protocol, {}, one);
+  const auto b = evaluate_leaving_one_out(samples, groups, protocol, {}, many);
+  for (std::size_t f = 0; f < kFactorCount; ++f) {
+    EXPECT_EQ(a.run_errors[f], b.run_errors[f]);
+    EXPECT_EQ(a.factors[f].differences[0].difference.low,
+              b.factors[f].differences[0].difference.low);
+  }
+}
+
+/// A report of one factor's errors, two models, as if it had been evaluated.
+EvaluationReport report_of(const Eigen::MatrixXd& errors, double test_to_train) {
+  EvaluationReport report;
+  report.runs = static_cast<int>(errors.rows());
+  report.test_to_train = test_to_train;
+  report.run_errors.fill(errors);
+  for (FactorReport& factor : report.factors) {
+    factor.label_variance = 1.0;
+    factor.models.resize(2);
+    factor.models[0].kind = RegressorKind::kResidualKernelRidge;
+    factor.models[1].kind = RegressorKind::kLinearInterpolation;
+  }
+  return report;
+}
+
+TEST(PairedDifference, HasTheIntervalOfNadeauAndBengioAsAHandFindsIt) {
+  // Differences -0.1, -0.2, -0.3, -0.4: mean -0.25, variance 0.05 / 3. With 20 / 85 the standard
+  // error is sqrt(0.05 / 3 * (1 / 4 + 20 / 85)) = 0.0899, times t(3) 3.182446: 0.2861.
+  Eigen::MatrixXd errors(4, 2);
+  errors << 0.9, 1.0, 0.5, 0.7, 0.7, 1.0, 0.6, 1.0;
+  const auto paired = report_of(errors, 20.0 / 85.0)
+                          .compare(Factor::kTime, RegressorKind::kResidualKernelRidge,
+                                   RegressorKind::kLinearInterpolation)
+                          .difference;
+  EXPECT_NEAR(paired.mean, -0.25, 1e-12);
+  EXPECT_NEAR(paired.standard_error, 0.0645497224, 1e-9);
+  EXPECT_NEAR(paired.corrected_standard_error, 0.0899346168, 1e-9);
+  EXPECT_NEAR(paired.low, -0.25 - 3.18244630528 * 0.0899346168, 1e-8);
+  EXPECT_NEAR(paired.high, -0.25 + 3.18244630528 * 0.0899346168, 1e-8);
+  EXPECT_EQ(paired.degrees_of_freedom, 3);
+  EXPECT_EQ(paired.verdict(), Verdict::kWithinNoise);
+  // Nothing but the splits' overlap makes it uncertain.
+  const auto alone = report_of(errors, 0.0)
+                         .compare(Factor::kTime, RegressorKind::kResidualKernelRidge,
+                                  RegressorKind::kLinearInterpolation);
+  EXPECT_EQ(alone.difference.verdict(), Verdict::kBelow);
+  const auto turned = report_of(errors, 0.0)
+                          .compare(Factor::kTime, RegressorKind::kLinearInterpolation,
+                                   RegressorKind::kResidualKernelRidge);
+  EXPECT_EQ(turned.difference.verdict(), Verdict::kAbove);
+}
+
+TEST(PairedDifference, OfTheSamePredictionsIsNoiseWhateverTheRoundOff) {
+  Eigen::MatrixXd errors(3, 2);
+  errors << 0.5, 0.5 + 1e-16, 0.7, 0.7 + 2e-16, 0.9, 0.9 + 1e-16;
+  const auto paired = report_of(errors, 0.1)
+                          .compare(Factor::kFlow, RegressorKind::kResidualKernelRidge,
+                                   RegressorKind::kLinearInterpolation);
+  EXPECT_EQ(paired.difference.mean, 0.0);
+  EXPECT_EQ(paired.difference.verdict(), Verdict::kWithinNoise);
+}
+
+TEST(PairedDifference, OfOneRunIsNotKnown) {
+  const Eigen::MatrixXd errors = Eigen::RowVector2d(0.1, 5.0);
+  const auto paired = report_of(errors, 0.1)
+                          .compare(Factor::kFlow, RegressorKind::kResidualKernelRidge,
+                                   RegressorKind::kLinearInterpolation);
+  EXPECT_NEAR(paired.difference.mean, -4.9, 1e-12);
+  EXPECT_EQ(paired.difference.verdict(), Verdict::kWithinNoise);
+}
+
+TEST(Evaluate, FindsTheFifthBelowInterpolationWhereTheTruthIsAndWithinNoiseWhereItIsNot) {
+  // The truth is an interpolation, or everywhere one more than it, which is soon learnt: what the
+  // intervals should find is known.
+  const auto more = [](const Eigen::VectorXd&) -> EffortVector {
+    return EffortVector::Constant(1.0);
+  };
+  for (const auto protocol : {Protocol::kRandom, Protocol::kLeavePerformerOut}) {
+    for (const bool beyond : {true, false}) {
+      base::Rng rng(1);
+      InventedBlends recipe{.count = 105, .noise = 0.3};
+      if (beyond) recipe.beyond_interpolation = more;
+      const StyleSamples samples = invent_blends(recipe, rng);
+      EvaluationOptions options = quick(30);
+      options.models = {RegressorKind::kLinearInterpolation, RegressorKind::kLinearRidge,
+                        RegressorKind::kKernelRidge, RegressorKind::kResidualKernelRidge};
+      const EvaluationReport report =
+          protocol == Protocol::kRandom
+              ? evaluate(samples, options)
+              : evaluate_leaving_one_out(samples, some_parents(105, 12, 6), protocol, {}, options);
+      for (const FactorReport& factor : report.factors) {
+        SCOPED_TRACE(testing::Message() << name_of(protocol) << " " << name_of(factor.factor)
+                                        << (beyond ? " and more" : ""));
+        ASSERT_EQ(factor.differences.size(), 5U);  // three against interpolation, fifth against two
+        ASSERT_TRUE(factor.fifth_standing().has_value());
+        EXPECT_EQ(factor.fifth_standing()->below_interpolation, beyond);
+        EXPECT_TRUE(factor.fifth_standing()->not_above_others);
+        for (const PairedDifference& paired : factor.differences) {
+          EXPECT_LE(paired.difference.low, paired.difference.mean);
+          EXPECT_GE(paired.difference.high, paired.difference.mean);
+        }
+      }
+    }
+  }
+}
+
+TEST(Protocol, HasANameEach) {
+  for (const Protocol protocol : kProtocols) EXPECT_EQ(protocol_named(name_of(protocol)), protocol);
+  EXPECT_EQ(protocol_named("leave-one-out"), std::nullopt);
+}
+
 TEST(Evaluate, LinearTruthWithoutNoiseLeavesInterpolationNoError) {
   base::Rng rng(1);
   const StyleSamples samples = invent_blends({.count = 90, .noise = 0.0}, rng);

@@ -289,7 +289,7 @@ TEST_F(Cli, BlendAtZeroIsTheFirstClip) {
 TEST_F(Cli, CurveMeasureInspectAndDrawWriteWhatTheySay) {
   EXPECT_EQ(run("curve --picture curve.svg --csv curve.csv").code, 0);
   EXPECT_THAT(bytes_of(folder_ / "curve.csv"),
-              StartsWith("fragment_i,fragment_j,alpha,flow,weight,time\n"));
+              StartsWith("fragment_i,fragment_j,alpha,flow,weight,time,"));
   EXPECT_THAT(bytes_of(folder_ / "curve.svg"), HasSubstr("<svg"));
   const json measured = json::parse(
       run("measure --json --content walk --over-time walk.csv --picture walk.png " + kWalk).out);
@@ -314,6 +314,80 @@ TEST_F(Cli, EvaluatePrintsTableOneWithThePapersNumbers) {
                            "residual-kernel-ridge", "label variance", "0.65", "0.39"}) {
     EXPECT_THAT(result.out, HasSubstr(part));
   }
+  EXPECT_THAT(bytes_of(folder_ / "table.svg"), HasSubstr("residual kernel ridge"));
+  EXPECT_THAT(bytes_of(folder_ / "table.csv"),
+              StartsWith("factor,model,mean_squared_error,standard_error,"));
+}
+
+TEST_F(Cli, EvaluateLeavesOnePerformerOrContentOut) {
+  const std::string models = " --models linear-interpolation,residual-kernel-ridge";
+  const json performers = json::parse(
+      run("evaluate --json --labels " + kLabels + " --protocol leave-performer-out" + models).out);
+  EXPECT_EQ(performers["runs"], 12);
+  EXPECT_EQ(performers["held_out"].size(), 12U);
+  EXPECT_EQ(performers["tested_blends"], 105);
+  for (const json& held_out : performers["held_out"])
+    EXPECT_EQ(held_out["train"].get<int>() + held_out["test"].get<int>(), 105);
+  const json& time = performers["factors"]["time"];
+  EXPECT_EQ(time["differences"].size(), 1U);
+  EXPECT_EQ(time["differences"][0]["difference"]["degrees_of_freedom"], 11);
+
+  ASSERT_EQ(run("evaluate --labels " + kLabels + " --protocol leave-content-out" + models +
+                " --runs-csv runs.csv -q")
+                .code,
+            0);
+  const std::string runs = bytes_of(folder_ / "runs.csv");
+  EXPECT_EQ(std::count(runs.begin(), runs.end(), '\n'), 1 + 5 * 3 * 2);
+  EXPECT_THAT(runs, HasSubstr("walk"));
+
+  expect_error("evaluate --labels " + kLabels + " --protocol leave-content-out --runs 9", 2,
+               "--runs, --train and --test are for random splits");
+  expect_error("evaluate --labels " + kLabels + " --protocol leave-nobody-out", 2, "--protocol");
+  expect_error("evaluate --labels " + kLabels + " --models best", 2, "--models");
+}
+
+// Whatever the number of threads, and once more: the same bytes.
+TEST_F(Cli, EvaluateGivesTheSameBytesAgain) {
+  for (const char* protocol : {"random --runs 6", "leave-performer-out"}) {
+    SCOPED_TRACE(protocol);
+    std::vector<std::string> seen;
+    for (const char* threads : {"1", "2", "2"}) {
+      const std::string options = std::string(" --threads ") + threads +
+                                  " --models linear-ridge,kernel-ridge,residual-kernel-ridge"
+                                  " --csv t.csv --runs-csv r.csv --plot p.svg --force --json";
+      const Outcome result =
+          run("evaluate --labels " + kLabels + " --protocol " + protocol + options);
+      ASSERT_EQ(result.code, 0) << result.err;
+      seen.push_back(result.out + bytes_of(folder_ / "t.csv") + bytes_of(folder_ / "r.csv") +
+                     bytes_of(folder_ / "p.svg"));
+    }
+    EXPECT_EQ(seen[0], seen[1]);
+    EXPECT_EQ(seen[1], seen[2]);
+  }
+}
+
+TEST_F(Cli, EvaluateInterruptedLeavesNoFile) {
+  const Outcome result = run_shell("timeout -s INT 2 \"$laban\" evaluate --labels " + kLabels +
+                                       " --runs 100000 --csv t.csv --runs-csv r.csv --plot p.svg"
+                                       " >out.txt; echo $? >code.txt",
+                                   folder_);
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(bytes_of(folder_ / "code.txt"), "124\n");  // what timeout says of what it stopped
+  EXPECT_THAT(files_in(folder_), ElementsAre("code.txt", "out.txt"));
+  EXPECT_THAT(bytes_of(folder_ / "out.txt"), IsEmpty());
+}
+
+TEST_F(Cli, CurveTellsItsStandardErrorWhereTheRegressorDoes) {
+  const json curve = json::parse(run("curve --json").out);
+  ASSERT_EQ(curve["pairs"].size(), 3U);
+  for (const json& pair : curve["pairs"]) {
+    ASSERT_EQ(pair["weight_error"].size(), curve["alpha"].size());
+    for (const json& error : pair["weight_error"]) EXPECT_GE(error, 0.0);
+  }
+  const Outcome printed = run("curve");
+  EXPECT_THAT(printed.out, StartsWith("fragment_i,fragment_j,alpha,flow,weight,time,flow_error,"
+                                      "weight_error,time_error\n"));
+  EXPECT_EQ(std::count(printed.out.begin(), printed.out.end(), '\n'), 1 + 3 * 81);
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ def main():
         "curve",
         f"draw {take} -o take.png",
         f"evaluate --labels {labels} --runs 2",
+        f"evaluate --labels {labels} --protocol leave-performer-out --models linear-ridge,residual-kernel-ridge",
+        f"evaluate --labels {labels} --protocol leave-content-out --models linear-ridge",
         f"evaluate --labels {labels} --closed-loop 2",
         f"inspect {take}",
         "inspect blank.csv",

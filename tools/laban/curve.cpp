@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <fmt/core.h>
 
 #include "laban/base/csv.h"
@@ -57,11 +59,35 @@ std::vector<double> alpha_axis() {
   return alphas;
 }
 
-draw::ChartPanel make_panel(const transfer::StyleModel& model, const FragmentPair& pair,
-                            const std::vector<double>& alphas, const Eigen::Matrix3Xd& values) {
+/// Predicted Effort along one pair.
+struct PairCurve {
+  std::string name_i;
+  std::string name_j;
+  Eigen::Matrix3Xd mean;
+  /// NaN where the regressor tells none.
+  Eigen::Matrix3Xd error;
+};
+
+PairCurve curve_of(const transfer::StyleModel& model, const FragmentPair& pair,
+                   const std::vector<double>& alphas) {
+  PairCurve curve;
+  curve.name_i = model.fragments[static_cast<std::size_t>(pair.i)].name;
+  curve.name_j = model.fragments[static_cast<std::size_t>(pair.j)].name;
+  curve.mean = transfer::effort_curve(model, pair.i, pair.j, alphas);
+  curve.error.setConstant(3, curve.mean.cols(), std::nan(""));
+  if (const auto told = transfer::effort_curve_with_error(model, pair.i, pair.j, alphas))
+    curve.error = told->standard_error;
+  return curve;
+}
+
+std::vector<double> row_of(const Eigen::Matrix3Xd& values, effort::Factor factor) {
+  const Eigen::VectorXd row = values.row(effort::index_of(factor));
+  return {row.begin(), row.end()};
+}
+
+draw::ChartPanel make_panel(const PairCurve& pair, const std::vector<double>& alphas) {
   draw::ChartPanel panel;
-  panel.title = model.fragments[static_cast<std::size_t>(pair.i)].name + " to " +
-                model.fragments[static_cast<std::size_t>(pair.j)].name;
+  panel.title = pair.name_i + " to " + pair.name_j;
   panel.x = {"alpha", -0.5, 1.5};
   panel.y = {"Effort", effort::kEffortMin, effort::kEffortMax};
   panel.spans.push_back({blend::kMinAlpha, blend::kMaxAlpha, ""});
@@ -69,50 +95,71 @@ draw::ChartPanel make_panel(const transfer::StyleModel& model, const FragmentPai
     draw::Curve curve;
     curve.name = std::string(effort::name_of(factor));
     curve.x = alphas;
-    for (Eigen::Index n = 0; n < values.cols(); ++n)
-      curve.y.push_back(values(effort::index_of(factor), n));
+    curve.y = row_of(pair.mean, factor);
+    curve.band_low = row_of(pair.mean - pair.error, factor);
+    curve.band_high = row_of(pair.mean + pair.error, factor);
     panel.curves.push_back(std::move(curve));
   }
   return panel;
 }
 
+Json to_json(const PairCurve& pair) {
+  Json json = {{"fragment_i", pair.name_i}, {"fragment_j", pair.name_j}};
+  for (const effort::Factor factor : effort::kFactors)
+    json[std::string(effort::name_of(factor))] = row_of(pair.mean, factor);
+  if (!pair.error.hasNaN()) {
+    for (const effort::Factor factor : effort::kFactors)
+      json[std::string(effort::name_of(factor)) + "_error"] = row_of(pair.error, factor);
+  }
+  return json;
+}
+
+std::string csv_rows(const PairCurve& pair, const std::vector<double>& alphas) {
+  std::string text;
+  for (std::size_t n = 0; n < alphas.size(); ++n) {
+    std::vector<std::string> row = {pair.name_i, pair.name_j, base::format_number(alphas[n])};
+    for (const Eigen::Matrix3Xd* values : {&pair.mean, &pair.error}) {
+      for (const double value : values->col(static_cast<Eigen::Index>(n)))
+        row.push_back(std::isfinite(value) ? base::format_number(value) : "");
+    }
+    text += base::format_csv_row(row);
+  }
+  return text;
+}
+
+std::string picture(const CurveVerb& verb, draw::LineChart chart, bool has_bands) {
+  chart.title = has_bands ? "Predicted Effort against the blend weight, with its standard error "
+                            "(trained on the grey span)"
+                          : "Predicted Effort against the blend weight (trained on the grey span)";
+  draw::ChartOptions options;
+  options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
+  return draw::line_chart(chart, options);
+}
+
 void run(const CurveVerb& verb) {
   check_outputs(verb.common, {verb.picture, verb.csv});
+  if (!verb.picture.empty()) (void)is_svg(verb.picture);
   InputRecord record;
   const transfer::StyleModel model = read_model(verb.model, record);
   const std::vector<double> alphas = alpha_axis();
   draw::LineChart chart;
-  chart.title = "Predicted Effort against the blend weight (trained on the grey span)";
-  std::string text =
-      base::format_csv_row({"fragment_i", "fragment_j", "alpha", "flow", "weight", "time"});
+  bool has_bands = false;
+  std::string text = base::format_csv_row({"fragment_i", "fragment_j", "alpha", "flow", "weight",
+                                           "time", "flow_error", "weight_error", "time_error"});
   Json json = {{"schema", "laban.curve/1"}, {"alpha", alphas}, {"pairs", Json::array()}};
   for (const FragmentPair& pair : pairs_of(verb, model)) {
-    const Eigen::Matrix3Xd values = transfer::effort_curve(model, pair.i, pair.j, alphas);
-    chart.panels.push_back(make_panel(model, pair, alphas, values));
-    const std::string& name_i = model.fragments[static_cast<std::size_t>(pair.i)].name;
-    const std::string& name_j = model.fragments[static_cast<std::size_t>(pair.j)].name;
-    Json entry = {{"fragment_i", name_i}, {"fragment_j", name_j}};
-    for (const effort::Factor factor : effort::kFactors) {
-      const Eigen::VectorXd row = values.row(effort::index_of(factor));
-      entry[std::string(effort::name_of(factor))] = std::vector<double>(row.begin(), row.end());
-    }
-    json["pairs"].push_back(entry);
-    for (std::size_t n = 0; n < alphas.size(); ++n) {
-      const auto column = static_cast<Eigen::Index>(n);
-      text += base::format_csv_row(
-          {name_i, name_j, base::format_number(alphas[n]), base::format_number(values(0, column)),
-           base::format_number(values(1, column)), base::format_number(values(2, column))});
-    }
+    const PairCurve curve = curve_of(model, pair, alphas);
+    has_bands = has_bands || !curve.error.hasNaN();
+    chart.panels.push_back(make_panel(curve, alphas));
+    json["pairs"].push_back(to_json(curve));
+    text += csv_rows(curve, alphas);
   }
-  if (!verb.picture.empty()) {
-    draw::ChartOptions options;
-    options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
-    write_bytes(verb.picture, draw::line_chart(chart, options), verb.common);
-  }
+  if (!verb.picture.empty())
+    write_bytes(verb.picture, picture(verb, std::move(chart), has_bands), verb.common);
   if (!verb.csv.empty()) write_bytes(verb.csv, text, verb.common);
   if (verb.common.json) {
     fmt::print("{}\n", json.dump(2));
-  } else if (verb.csv != "-") {
+  } else if (verb.csv.empty()) {
     fmt::print("{}", text);
   }
 }

@@ -1,137 +1,82 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/core.h>
 
-#include "laban/base/csv.h"
 #include "laban/base/error.h"
 #include "laban/draw/bar_chart.h"
-#include "laban/effort/evaluation.h"
 #include "laban/transfer/closed_loop.h"
+#include "laban/transfer/corpus_evaluation.h"
 
+#include "evaluation_report.h"
 #include "files.h"
 #include "verb.h"
 
 namespace laban::cli {
 namespace {
 
-using effort::ModelScore;
-
 struct EvaluateVerb {
   Common common;
   std::string labels;
   std::string clips;
   std::string csv;
+  std::string runs_csv;
   std::string plot;
+  std::string protocol = std::string(effort::name_of(effort::Protocol::kRandom));
+  std::vector<std::string> models;
   effort::EvaluationOptions options;
+  std::optional<int> runs;
   std::optional<int> train;
   std::optional<int> test;
   int components = 3;
   int closed_loop = 0;
 };
 
-/// The paper's 85 of 105, or the same share of another number of blends.
+/// Options of random splits: the paper's 85 of 105, or the same share of another number of blends.
 void set_sizes(EvaluateVerb& verb, int blends) {
-  verb.options.train = verb.train.value_or(static_cast<int>(std::lround(blends * 85.0 / 105.0)));
+  const int share = static_cast<int>(std::lround(blends * 85.0 / 105.0));
+  verb.options.runs = verb.runs.value_or(verb.options.runs);
+  verb.options.train =
+      verb.train.value_or(verb.test ? std::max(1, std::min(share, blends - *verb.test)) : share);
   verb.options.test = verb.test.value_or(blends - verb.options.train);
 }
 
-Json to_json(const EvaluateVerb& verb, const effort::EvaluationReport& report,
-             const std::vector<InputRecord>& inputs) {
-  const auto estimate = [](const effort::Estimate& value) {
-    return Json{{"mean", value.mean},
-                {"standard_error", value.standard_error},
-                {"corrected_standard_error", value.corrected_standard_error}};
-  };
-  Json json = {{"schema", "laban.evaluate/1"},
-               {"runs", report.runs},
-               {"train", report.train},
-               {"test", report.test}};
-  for (const effort::FactorReport& factor : report.factors) {
-    Json& entry = json["factors"][std::string(effort::name_of(factor.factor))];
-    entry["label_variance"] = factor.label_variance;
-    for (const ModelScore& score : factor.models) {
-      entry["models"][std::string(effort::name_of(score.kind))] = {
-          {"mean_squared_error", estimate(score.error)},
-          {"ratio_to_linear_interpolation", score.ratio_to_interpolation},
-          {"paper", score.paper ? Json(*score.paper) : Json()}};
-    }
-    if (const auto& paired = factor.fifth_against_best) {
-      entry["fifth_against_best"] = {{"against", effort::name_of(paired->against)},
-                                     {"difference", estimate(paired->difference)}};
-    }
+void set_options(EvaluateVerb& verb, effort::Protocol protocol, int blends) {
+  if (protocol == effort::Protocol::kRandom) {
+    set_sizes(verb, blends);
+  } else if (verb.runs || verb.train || verb.test) {
+    throw base::Error(base::ErrorKind::kUsage,
+                      "--runs, --train and --test are for random splits; " + verb.protocol +
+                          " makes one run for each that is left out");
   }
-  json["run"] = run_record("evaluate",
-                           {{"seed", verb.common.seed},
-                            {"symmetric", verb.options.symmetric},
-                            {"folds", verb.options.folds},
-                            {"components", verb.components}},
-                           inputs);
-  return json;
+  if (!verb.models.empty()) verb.options.models.clear();
+  for (const std::string& name : verb.models) {
+    verb.options.models.push_back(*effort::regressor_named(name));
+  }
+  verb.options.seed = verb.common.seed;
+  verb.options.threads = verb.common.threads;
 }
 
-void print(const effort::EvaluationReport& report) {
-  fmt::print("mean squared error, {} runs of {} training and {} test blends\n", report.runs,
-             report.train, report.test);
-  fmt::print("{:<8}{:<24}{:>8}{:>9}{:>8}{:>8}\n", "", "", "mean", "+-", "ratio", "paper");
-  for (const effort::FactorReport& factor : report.factors) {
-    fmt::print("{:<8}label variance {:.3f}\n", effort::name_of(factor.factor),
-               factor.label_variance);
-    for (const ModelScore& score : factor.models) {
-      fmt::print("{:<8}{:<24}{:>8.4f}{:>9.4f}{:>8.3f}{:>8}\n", "", effort::name_of(score.kind),
-                 score.error.mean, score.error.standard_error, score.ratio_to_interpolation,
-                 score.paper ? fmt::format("{:.2f}", *score.paper) : "-");
-    }
-    if (const auto& paired = factor.fifth_against_best) {
-      fmt::print("{:<8}{} - {}: {:+.4f} +- {:.4f} ({:.4f} for other blends)\n", "",
-                 effort::name_of(paired->model), effort::name_of(paired->against),
-                 paired->difference.mean, paired->difference.standard_error,
-                 paired->difference.corrected_standard_error);
-    }
+Json record_of(const EvaluateVerb& verb, const effort::EvaluationReport& report,
+               const std::vector<InputRecord>& inputs) {
+  Json models = Json::array();
+  for (const effort::RegressorKind kind : verb.options.models)
+    models.push_back(effort::name_of(kind));
+  Json options = {{"protocol", verb.protocol},   {"models", models},
+                  {"seed", verb.common.seed},    {"symmetric", verb.options.symmetric},
+                  {"folds", verb.options.folds}, {"components", verb.components}};
+  if (report.protocol == effort::Protocol::kRandom) {
+    options["runs"] = verb.options.runs;
+    options["train"] = verb.options.train;
+    options["test"] = verb.options.test;
   }
-  fmt::print(
-      "+- is the standard error over runs; ratio is to linear interpolation; paper: other labels, "
-      "for the pattern only\n");
+  return run_record("evaluate", options, inputs);
 }
 
-std::string csv_text(const effort::EvaluationReport& report) {
-  std::string text =
-      base::format_csv_row({"factor", "model", "mean_squared_error", "standard_error",
-                            "ratio_to_linear_interpolation", "label_variance", "paper"});
-  for (const effort::FactorReport& factor : report.factors) {
-    for (const ModelScore& score : factor.models) {
-      text += base::format_csv_row(
-          {std::string(effort::name_of(factor.factor)), std::string(effort::name_of(score.kind)),
-           base::format_number(score.error.mean), base::format_number(score.error.standard_error),
-           base::format_number(score.ratio_to_interpolation),
-           base::format_number(factor.label_variance),
-           score.paper ? base::format_number(*score.paper) : ""});
-    }
-  }
-  return text;
-}
-
-std::string plot(const EvaluateVerb& verb, const effort::EvaluationReport& report) {
-  draw::BarChart chart;
-  chart.title = fmt::format("Mean squared error over {} runs", report.runs);
-  chart.y.label = "mean squared error";
-  chart.y.min = 0.0;
-  chart.reference_name = "paper";
-  for (std::size_t m = 0; m < report.factors.front().models.size(); ++m) {
-    draw::BarSeries series{
-        std::string(effort::name_of(report.factors.front().models[m].kind)), {}, {}, {}};
-    for (const effort::FactorReport& factor : report.factors) {
-      const ModelScore& score = factor.models[m];
-      series.values.push_back(score.error.mean);
-      series.errors.push_back(score.error.standard_error);
-      series.references.push_back(score.paper.value_or(std::nan("")));
-    }
-    chart.series.push_back(std::move(series));
-  }
-  for (const effort::FactorReport& factor : report.factors)
-    chart.groups.emplace_back(effort::name_of(factor.factor));
+std::string picture(const EvaluateVerb& verb, const effort::EvaluationReport& report) {
   draw::ChartOptions options;
   options.format = is_svg(verb.plot) ? draw::Format::kSvg : draw::Format::kPng;
-  return draw::bar_chart(chart, options);
+  return draw::bar_chart(table_chart(report), options);
 }
 
 Json to_json(const std::array<transfer::ClosedLoopScore, effort::kFactorCount>& scores) {
@@ -188,26 +133,28 @@ void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
 }
 
 void run(EvaluateVerb& verb) {
-  check_outputs(verb.common, {verb.csv, verb.plot});
+  check_outputs(verb.common, {verb.csv, verb.runs_csv, verb.plot});
   if (!verb.plot.empty()) (void)is_svg(verb.plot);
   const LabelledCorpus read = read_corpus(verb.labels, {verb.clips, std::nullopt}, verb.common);
   if (verb.closed_loop > 0) return run_closed_loop(verb, read);
+  const effort::Protocol protocol = *effort::protocol_named(verb.protocol);
+  set_options(verb, protocol, static_cast<int>(read.corpus.blends.size()));
   effort::ContentMapOptions content;
   content.components = verb.components;
-  const auto map = transfer::fit_corpus_content_map(read.corpus.fragments, content);
-  const auto samples = transfer::style_samples(
-      read.corpus, transfer::content_coordinates(read.corpus.fragments, map));
-  set_sizes(verb, samples.count());
-  verb.options.seed = verb.common.seed;
-  verb.options.threads = verb.common.threads;
-  const auto progress = terminal_progress(verb.common, "evaluating");
-  const effort::EvaluationReport report = effort::evaluate(samples, verb.options, progress.get());
-  if (!verb.csv.empty()) write_bytes(verb.csv, csv_text(report), verb.common);
-  if (!verb.plot.empty()) write_bytes(verb.plot, plot(verb, report), verb.common);
+  const effort::EvaluationReport report = [&] {
+    const auto progress = terminal_progress(verb.common, "evaluating");
+    return transfer::evaluate_corpus(read.corpus, protocol, verb.options, content, progress.get());
+  }();  // and the progress line is gone before anything is printed
+  if (!verb.csv.empty()) write_bytes(verb.csv, table_csv(report), verb.common);
+  if (!verb.runs_csv.empty()) write_bytes(verb.runs_csv, runs_csv(report), verb.common);
+  if (!verb.plot.empty()) write_bytes(verb.plot, picture(verb, report), verb.common);
   if (verb.common.json) {
-    fmt::print("{}\n", to_json(verb, report, read.records).dump(2));
-  } else {
-    print(report);
+    Json json = {{"schema", "laban.evaluate/1"}};
+    json.update(cli::to_json(report));
+    json["run"] = record_of(verb, report, read.records);
+    fmt::print("{}\n", json.dump(2));
+  } else if (verb.csv != "-" && verb.runs_csv != "-") {
+    fmt::print("{}", to_text(report));
   }
 }
 
@@ -220,9 +167,17 @@ void add_evaluate(CLI::App& app) {
                            "laban evaluate --labels labels/phrase.csv --runs 500");
   sub->add_option("--labels", verb->labels, "label table (CSV)")->required();
   sub->add_option("--clips", verb->clips, "folder of the clips (default: the table's own)");
-  sub->add_option("--runs", verb->options.runs, "random splits")
-      ->check(CLI::Range(2, 1000000))
-      ->capture_default_str();
+  CLI::Option* protocol =
+      sub->add_option("--protocol", verb->protocol, "how blends are held out to be tested on")
+          ->check(CLI::IsMember({"random", "leave-performer-out", "leave-content-out"}))
+          ->capture_default_str();
+  sub->add_option("--models", verb->models,
+                  "regressors to compare, e.g. kernel-ridge,svr (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"linear-interpolation", "linear-ridge", "kernel-ridge", "svr",
+                             "residual-kernel-ridge"}));
+  sub->add_option("--runs", verb->runs, "random splits (default: 500)")
+      ->check(CLI::Range(2, 1000000));
   sub->add_option("--train", verb->train, "blends trained on (default: 85 of 105, or that share)")
       ->check(CLI::PositiveNumber);
   sub->add_option("--test", verb->test, "blends tested on (default: the rest)")
@@ -235,12 +190,18 @@ void add_evaluate(CLI::App& app) {
       ->capture_default_str();
   sub->add_flag("--symmetric", verb->options.symmetric,
                 "a blend counts in both orders (not the paper's protocol)");
+  CLI::Option* csv = sub->add_option("--csv", verb->csv, "table to write (CSV)");
+  CLI::Option* runs_csv =
+      sub->add_option("--runs-csv", verb->runs_csv, "test errors of every run to write (CSV)");
+  CLI::Option* plot = sub->add_option("--plot", verb->plot, "bars to write (.png or .svg)");
   sub->add_option(
          "--closed-loop", verb->closed_loop,
          "instead: ask for so many targets a factor, synthesise, and measure what came of it")
-      ->check(CLI::PositiveNumber);
-  sub->add_option("--csv", verb->csv, "table to write (CSV)");
-  sub->add_option("--plot", verb->plot, "bars to write (.png or .svg)");
+      ->check(CLI::PositiveNumber)
+      ->excludes(protocol)
+      ->excludes(csv)
+      ->excludes(runs_csv)
+      ->excludes(plot);
   add_common(sub, verb->common, {.writes = true, .threads = true, .seed = true});
   sub->callback([verb] { run(*verb); });
 }

@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -27,10 +29,35 @@ inline constexpr std::array<std::array<double, 4>, kFactorCount> kPaperMeanSquar
 /// The paper's figure for a factor and model; nullopt for the fifth, which it has not.
 [[nodiscard]] std::optional<double> paper_mean_squared_error(Factor factor, RegressorKind kind);
 
+/// How blends are held out of training, to be tested on.
+enum class Protocol {
+  kRandom,             ///< random splits of the blends, the paper's
+  kLeavePerformerOut,  ///< one run a performer: tested on every blend with a parent by them
+  kLeaveContentOut,    ///< one run a content: tested on its blends
+};
+
+inline constexpr std::array<Protocol, 3> kProtocols = {
+    Protocol::kRandom, Protocol::kLeavePerformerOut, Protocol::kLeaveContentOut};
+
+/// "random", "leave-performer-out" or "leave-content-out".
+[[nodiscard]] std::string_view name_of(Protocol protocol);
+/// The protocol of that name; nullopt if there is none.
+[[nodiscard]] std::optional<Protocol> protocol_named(std::string_view name);
+
 /// Columns of the samples that one run trains and tests on; ascending, disjoint.
 struct Split {
   std::vector<int> train;
   std::vector<int> test;
+};
+
+/// The groups (performers, contents) that the parents of each blend belong to.
+struct ParentGroups {
+  std::vector<int> first;          ///< of parent i of each column; a number of `names`
+  std::vector<int> second;         ///< of parent j; equal to `first` if both are of one group
+  std::vector<std::string> names;  ///< of group 0, 1, ..
+
+  /// @throws Error{kData} unless there is a known group for both parents of `count` columns.
+  void check(int count) const;
 };
 
 struct EvaluationOptions {
@@ -56,15 +83,31 @@ struct EvaluationOptions {
   [[nodiscard]] std::vector<std::string> problems() const;
 };
 
-/// Mean over runs and how sure it is.
+/// What an interval says of a difference: on which side of zero it lies.
+enum class Verdict { kBelow, kWithinNoise, kAbove };
+
+/// "below", "within noise" or "above".
+[[nodiscard]] std::string_view name_of(Verdict verdict);
+
+/// A mean and how sure it is.
 struct Estimate {
   double mean = 0.0;
-  /// Standard deviation over runs / sqrt(runs): how far the mean is from that of endlessly many
-  /// splits of *these* blends.
+  /// Random splits: standard deviation over runs / sqrt(runs), how far the mean is from that of
+  /// endlessly many splits of *these* blends. Leaving one out: that of the tested blends, as if
+  /// they were independent. Infinite for a single one.
   double standard_error = 0.0;
-  /// Runs share blends, so the above says little about other blends. This one does: variance over
-  /// runs * (1 / runs + test / train) [NadeauBengio03].
+  /// For *other* blends. Random splits share blends: variance over runs * (1 / runs + test / train)
+  /// [NadeauBengio03]. Leaving one out: blends share performers, math::dyadic_mean. Infinite where
+  /// it cannot be told.
   double corrected_standard_error = 0.0;
+  /// Runs - 1, or groups (performers, contents) met - 1.
+  int degrees_of_freedom = 0;
+  /// 95 % interval of the mean: corrected_standard_error times Student's t.
+  double low = 0.0;
+  double high = 0.0;
+
+  /// Of the interval and zero; at its very end it is noise.
+  [[nodiscard]] Verdict verdict() const noexcept;
 };
 
 struct ModelScore {
@@ -74,32 +117,73 @@ struct ModelScore {
   std::optional<double> paper;          ///< the paper's mean squared error
 };
 
-/// One model against another on the same splits.
+/// One model against another on the same test blends.
 struct PairedDifference {
   RegressorKind model = RegressorKind::kResidualKernelRidge;
   RegressorKind against = RegressorKind::kKernelRidge;
   Estimate difference;  ///< of mean squared errors, model - against: below 0 is better
 };
 
+/// What the paired differences say of the fifth regressor, at 95 %.
+struct FifthStanding {
+  bool below_interpolation = false;  ///< its interval against linear interpolation is below zero
+  bool not_above_others = true;      ///< none of those against the paper's other three is above
+};
+
 struct FactorReport {
   Factor factor = Factor::kFlow;
   double label_variance = 0.0;  ///< of all labels given, divisor N
   std::vector<ModelScore> models;
+  /// Every model against linear interpolation, then the fifth against each other of the paper's, in
+  /// the order of `models`, as far as they are evaluated.
+  std::vector<PairedDifference> differences;
   /// The fifth against the best (lowest mean) of the others; nullopt if either is not evaluated.
   std::optional<PairedDifference> fifth_against_best;
+
+  /// nullopt if the fifth is not evaluated.
+  [[nodiscard]] std::optional<FifthStanding> fifth_standing() const;
+};
+
+/// One run, as it was made.
+struct EvaluationRun {
+  std::string held_out;  ///< performer or content; empty for random and given splits
+  int train = 0;         ///< columns
+  int test = 0;
+};
+
+/// A run that was not made, and why.
+struct SkippedRun {
+  EvaluationRun run;
+  std::string reason;
+};
+
+/// Squared errors of single blends, for protocols in which each is tested in few runs.
+struct TestedBlends {
+  std::vector<int> columns;  ///< of the samples, ascending
+  std::vector<int> first;    ///< groups of their parents
+  std::vector<int> second;
+  /// Per factor, blends x models: the squared error, mean over the runs that held the blend out.
+  std::array<Eigen::MatrixXd, kFactorCount> squared_errors;
 };
 
 struct EvaluationReport {
+  Protocol protocol = Protocol::kRandom;
   int runs = 0;
-  int train = 0;  ///< blends (of given splits: columns of the first)
+  int train = 0;  ///< blends (of given splits and when leaving one out: columns of the first run)
   int test = 0;
   double test_to_train = 0.0;  ///< columns tested over columns trained on, mean over runs
   std::array<FactorReport, kFactorCount> factors;
+  std::vector<EvaluationRun> run_list;
+  std::vector<SkippedRun> skipped;  ///< leaving one out only
   /// Per factor, a runs x models matrix of test errors, columns as in FactorReport::models, for
   /// plots and other comparisons.
   std::array<Eigen::MatrixXd, kFactorCount> run_errors;
+  /// What means and intervals are of when one group is left out; nullopt for other protocols, in
+  /// which they are over runs.
+  std::optional<TestedBlends> blends;
 
-  /// Any model against any other. @throws Error{kUsage} if one was not evaluated.
+  /// Any model against any other. Differences that are round-off of the two errors count as zero.
+  /// @throws Error{kUsage} if one was not evaluated.
   [[nodiscard]] PairedDifference compare(Factor factor, RegressorKind model,
                                          RegressorKind against) const;
 };
@@ -118,11 +202,38 @@ struct EvaluationReport {
                                         const EvaluationOptions& options = {},
                                         base::Progress* progress = nullptr);
 
-/// The same on given splits (leave one performer out, ..); runs, train, test and the splits' seed
-/// of `options` are not read.
+/// The same on given splits, which may overlap as random ones do; runs, train, test and the splits'
+/// seed of `options` are not read.
 [[nodiscard]] EvaluationReport evaluate_splits(const StyleSamples& samples,
                                                std::span<const Split> splits,
                                                const EvaluationOptions& options = {},
                                                base::Progress* progress = nullptr);
+
+/// One split a group, in their order: every column with a parent in it is held out, the rest is
+/// trained on. Either part may be empty.
+/// @throws Error{kData} if the groups do not fit.
+[[nodiscard]] std::vector<Split> leave_one_out_splits(const ParentGroups& groups, int count);
+
+/// The features of all columns (D x N) as they are known without a group.
+using FeaturesWithout = std::function<Eigen::MatrixXd(int group)>;
+
+/// Leaves one performer or one content out at a time: does what was learnt carry over to others?
+///
+/// A group whose blends leave fewer than three to train on, or that has none, is not run but told
+/// in `skipped`. Each tested blend counts once, whatever the size of its group: its error is the
+/// mean over the runs that hold it out (two if its parents are of two performers). Intervals are
+/// for other performers or contents: Student's t with groups - 1 degrees of freedom on the standard
+/// error of math::dyadic_mean.
+///
+/// @param features_without  makes what a run may know, so that nothing is learnt from the group it
+///        leaves out; called from several threads. Empty: samples.features in every run.
+/// @param options  runs, train and test are not read; the seed is of the folds.
+/// @throws Error{kData} if the groups do not fit or no run is left; as evaluate.
+[[nodiscard]] EvaluationReport evaluate_leaving_one_out(const StyleSamples& samples,
+                                                        const ParentGroups& groups,
+                                                        Protocol protocol,
+                                                        const FeaturesWithout& features_without,
+                                                        const EvaluationOptions& options = {},
+                                                        base::Progress* progress = nullptr);
 
 }  // namespace laban::effort

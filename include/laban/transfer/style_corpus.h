@@ -89,6 +89,13 @@ struct DrawBlendsOptions {
 [[nodiscard]] effort::ContentMap fit_corpus_content_map(
     std::span<const Fragment> fragments, const effort::ContentMapOptions& options = {});
 
+/// Coordinates of all fragments by the map that some of them would give: principal components and
+/// branches are those of the fragments `known` alone, as if the others were met later.
+/// @param known  indices of fragments, at least one.
+[[nodiscard]] std::vector<Eigen::VectorXd> coordinates_known_to(
+    std::span<const Fragment> fragments, std::span<const int> known,
+    const effort::ContentMapOptions& options = {});
+
 /// The rows that regressors learn from: one a labelled blend.
 /// @param coordinates  of each fragment, from content_coordinates.
 /// @throws Error{kData} naming a blend or a parent of one that has no label.

@@ -58,6 +58,11 @@ struct BlendChoice {
 [[nodiscard]] Eigen::Matrix3Xd effort_curve(const StyleModel& model, int fragment_i, int fragment_j,
                                             const std::vector<double>& alphas);
 
+/// The same with the standard error of the predicted Effort (of the function, label noise not
+/// included); nullopt if the model's regressor offers none.
+[[nodiscard]] std::optional<effort::StylePrediction> effort_curve_with_error(
+    const StyleModel& model, int fragment_i, int fragment_j, const std::vector<double>& alphas);
+
 /// Chooses the blend for one snippet [Torresani06, eq. 12], METHODS 1.6: over all unordered pairs
 /// of the K content neighbours of `fragment` (of blendable lengths), M samples of alpha in
 /// [-0.25, 1.25], then golden-section search around the best sample of each pair; and each
