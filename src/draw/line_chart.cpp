@@ -78,7 +78,7 @@ PlotArea scales_of(const ChartPanel& panel, std::size_t index, double width, dou
     }
   }
   PlotArea area;
-  area.x = make_scale(panel.x, xs, std::clamp(static_cast<int>(width / 90.0), 2, 10),
+  area.x = make_scale(panel.x, xs, std::clamp(static_cast<int>(width / 65.0), 2, 10),
                       panel_place(index) + ", x");
   // A curve over its own span needs no empty rim: x ends with the data.
   if (!xs.empty()) {

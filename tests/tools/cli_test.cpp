@@ -367,12 +367,13 @@ TEST_F(Cli, EvaluateGivesTheSameBytesAgain) {
 }
 
 TEST_F(Cli, EvaluateInterruptedLeavesNoFile) {
-  const Outcome result = run_shell("timeout -s INT 2 \"$laban\" evaluate --labels " + kLabels +
-                                       " --runs 100000 --csv t.csv --runs-csv r.csv --plot p.svg"
-                                       " >out.txt; echo $? >code.txt",
-                                   folder_);
+  const Outcome result =
+      run_shell("timeout --preserve-status -s INT 2 \"$laban\" evaluate --labels " + kLabels +
+                    " --runs 100000 --csv t.csv --runs-csv r.csv --plot p.svg"
+                    " >out.txt; echo $? >code.txt",
+                folder_);
   EXPECT_EQ(result.code, 0);
-  EXPECT_EQ(bytes_of(folder_ / "code.txt"), "124\n");  // what timeout says of what it stopped
+  EXPECT_EQ(bytes_of(folder_ / "code.txt"), "130\n");
   EXPECT_THAT(files_in(folder_), ElementsAre("code.txt", "out.txt"));
   EXPECT_THAT(bytes_of(folder_ / "out.txt"), IsEmpty());
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/core.h>
@@ -61,6 +62,7 @@ std::vector<double> alpha_axis() {
 
 /// Predicted Effort along one pair.
 struct PairCurve {
+  std::string title;
   std::string name_i;
   std::string name_j;
   Eigen::Matrix3Xd mean;
@@ -68,11 +70,26 @@ struct PairCurve {
   Eigen::Matrix3Xd error;
 };
 
+/// "kick: p01 to p05" of phrase_kick_p01 and phrase_kick_p05: panels are narrow, and what the names
+/// begin with in common tells them apart from nothing.
+std::string title_of(const transfer::Fragment& i, const transfer::Fragment& j) {
+  std::size_t begin = 0;
+  for (std::size_t n = 0; n < std::min(i.name.size(), j.name.size()); ++n) {
+    if (i.name[n] != j.name[n]) break;
+    if (i.name[n] == '_') begin = n + 1;
+  }
+  const std::string content = i.content.empty() ? "" : i.content + ": ";
+  return content + i.name.substr(begin) + " to " + j.name.substr(begin);
+}
+
 PairCurve curve_of(const transfer::StyleModel& model, const FragmentPair& pair,
                    const std::vector<double>& alphas) {
+  const transfer::Fragment& i = model.fragments[static_cast<std::size_t>(pair.i)];
+  const transfer::Fragment& j = model.fragments[static_cast<std::size_t>(pair.j)];
   PairCurve curve;
-  curve.name_i = model.fragments[static_cast<std::size_t>(pair.i)].name;
-  curve.name_j = model.fragments[static_cast<std::size_t>(pair.j)].name;
+  curve.title = title_of(i, j);
+  curve.name_i = i.name;
+  curve.name_j = j.name;
   curve.mean = transfer::effort_curve(model, pair.i, pair.j, alphas);
   curve.error.setConstant(3, curve.mean.cols(), std::nan(""));
   if (const auto told = transfer::effort_curve_with_error(model, pair.i, pair.j, alphas))
@@ -87,7 +104,7 @@ std::vector<double> row_of(const Eigen::Matrix3Xd& values, effort::Factor factor
 
 draw::ChartPanel make_panel(const PairCurve& pair, const std::vector<double>& alphas) {
   draw::ChartPanel panel;
-  panel.title = pair.name_i + " to " + pair.name_j;
+  panel.title = pair.title;
   panel.x = {"alpha", -0.5, 1.5};
   panel.y = {"Effort", effort::kEffortMin, effort::kEffortMax};
   panel.spans.push_back({blend::kMinAlpha, blend::kMaxAlpha, ""});

@@ -98,7 +98,7 @@ std::string scores_text(const FactorReport& factor) {
   std::string text = fmt::format("{:<8}label variance {:.3f}\n", effort::name_of(factor.factor),
                                  factor.label_variance);
   for (const ModelScore& score : factor.models) {
-    text += fmt::format("{:<8}{:<24}{:>8.4f}{:>9.4f}{:>9.4f}{:>8.3f}{:>8}\n", "",
+    text += fmt::format("{:<8}{:<24}{:>8.4f}{:>9.4f}{:>11.4f}{:>8.3f}{:>8}\n", "",
                         effort::name_of(score.kind), score.error.mean, score.error.standard_error,
                         score.error.corrected_standard_error, score.ratio_to_interpolation,
                         score.paper ? fmt::format("{:.2f}", *score.paper) : "-");
@@ -183,7 +183,7 @@ std::string to_text(const EvaluationReport& report) {
                   report.protocol == effort::Protocol::kRandom ? "random splits"
                                                                : effort::name_of(report.protocol),
                   sizes_text(report), skipped_text(report));
-  text += fmt::format("{:<8}{:<24}{:>8}{:>9}{:>11}{:>6}{:>8}\n", "", "", "mean", "s.e.",
+  text += fmt::format("{:<8}{:<24}{:>8}{:>9}{:>11}{:>8}{:>8}\n", "", "", "mean", "s.e.",
                       "corrected", "ratio", "paper");
   std::string differences, standings;
   for (const FactorReport& factor : report.factors) {
@@ -251,10 +251,10 @@ std::string runs_csv(const EvaluationReport& report) {
 draw::BarChart table_chart(const EvaluationReport& report) {
   draw::BarChart chart;
   chart.title =
-      fmt::format("Error of predicted Effort, {}: {}",
+      fmt::format("Mean squared error of predicted Effort, {}, {} runs",
                   report.protocol == effort::Protocol::kRandom ? "random splits"
                                                                : effort::name_of(report.protocol),
-                  sizes_text(report));
+                  report.runs);
   chart.y.label = "mean squared error, with its corrected standard error";
   chart.y.min = 0.0;
   chart.reference_name = "paper (other labels)";
