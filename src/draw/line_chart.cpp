@@ -78,7 +78,9 @@ PlotArea scales_of(const ChartPanel& panel, std::size_t index, double width, dou
     }
   }
   PlotArea area;
-  area.x = make_scale(panel.x, xs, std::clamp(static_cast<int>(width / 65.0), 2, 10),
+  // Wide plots need few ticks for their width, narrow ones as many as have room for their labels.
+  const double ticks = std::min(width / 65.0, std::max(4.0, width / 90.0));
+  area.x = make_scale(panel.x, xs, std::clamp(static_cast<int>(ticks), 2, 10),
                       panel_place(index) + ", x");
   // A curve over its own span needs no empty rim: x ends with the data.
   if (!xs.empty()) {
