@@ -4,7 +4,9 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <set>
 #include <system_error>
+#include <tuple>
 
 #include "laban/base/csv.h"
 #include "laban/base/error.h"
@@ -16,10 +18,10 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-constexpr std::array<std::string_view, 17> kColumns = {
+constexpr std::array<std::string_view, 18> kColumns = {
     "fragment",   "clip",     "begin_frame", "end_frame", "content",  "performer",
     "flow",       "weight",   "time",        "space",     "observer", "source",
-    "confidence", "parent_i", "parent_j",    "alpha",     "comment"};
+    "confidence", "parent_i", "parent_j",    "alpha",     "comment",  "repeat"};
 constexpr std::array<std::string_view, 8> kRequiredColumns = {
     "fragment", "clip", "content", "performer", "flow", "weight", "time", "source"};
 constexpr std::array<LabelSource, 4> kSources = {LabelSource::kExpert, LabelSource::kPerformer,
@@ -128,6 +130,7 @@ class RowReader {
     row_.parent_j = text("parent_j");
     row_.alpha = real("alpha");
     row_.comment = text("comment");
+    row_.repeat = integer("repeat").value_or(0);
     row_.source = source();
     return std::move(row_);
   }
@@ -227,6 +230,9 @@ void check_ranges(const LabelRow& row, std::size_t index, Problems& problems) {
   in_range("space", row.space, kEffortMin, kEffortMax);
   in_range("confidence", row.confidence, 0.0, 1.0);
   in_range("alpha", row.alpha, kAlphaMin, kAlphaMax);
+  if (row.repeat < 0) {
+    problems.add(row, index, "repeat = " + std::to_string(row.repeat) + " (must be >= 0)");
+  }
 }
 
 /// Fields of a row that do not make a seed or a blend together.
@@ -265,17 +271,13 @@ std::optional<std::string_view> disagreement(const LabelRow& a, const LabelRow& 
   return std::nullopt;
 }
 
-bool is_repeat(const LabelRow& row) {
-  return row.comment.starts_with("repeat");
-}
-
 using FirstRows = std::map<std::string, std::size_t>;
 
 /// Rows of one fragment: one meaning, and one word an observer. Only rows in `sound` are compared:
 /// what else is wrong with another may follow from what is known.
 void check_repeated_fragments(const LabelTable& table, const FirstRows& first_of,
                               const std::vector<bool>& sound, Problems& problems) {
-  std::map<std::array<std::string, 3>, std::size_t> judged;
+  std::map<std::array<std::string, 4>, std::size_t> judged;
   for (std::size_t n = 0; n < table.rows.size(); ++n) {
     const LabelRow& row = table.rows[n];
     const std::size_t first = first_of.at(row.fragment);
@@ -287,16 +289,18 @@ void check_repeated_fragments(const LabelTable& table, const FirstRows& first_of
                        " (a name stands for one fragment)");
       continue;
     }
-    if (is_repeat(row)) continue;
-    const auto [at, is_new] = judged.emplace(
-        std::array{row.fragment, row.observer, std::string(to_string(row.source))}, n);
+    if (row.repeat == 0 && row.is_repeat()) continue;  // by its comment: they have no numbers
+    const auto [at, is_new] =
+        judged.emplace(std::array{row.fragment, row.observer, std::string(to_string(row.source)),
+                                  std::to_string(row.repeat)},
+                       n);
     if (is_new) continue;
     problems.add(row, n,
                  "fragment " + quoted(row.fragment) + " stands already in " +
                      row_name(table.rows[at->second], at->second) +
                      (row.observer.empty() ? std::string(" without an observer")
                                            : " by observer " + quoted(row.observer)) +
-                     " (several rows of one need different observers)");
+                     " (several rows of one need different observers, or repeat 1, 2, ..)");
   }
 }
 
@@ -340,62 +344,109 @@ std::string cell(const std::optional<int>& value) {
   return value ? std::to_string(*value) : std::string();
 }
 
-/// Row numbers of each fragment, fragments in order of first appearance.
-std::vector<std::vector<std::size_t>> rows_by_fragment(const LabelTable& table) {
-  std::map<std::string, std::size_t> place;
+/// Row numbers of each key, keys in order of first appearance.
+template <typename KeyOf>
+std::vector<std::vector<std::size_t>> grouped_rows(const LabelTable& table, const KeyOf& key_of) {
+  std::map<decltype(key_of(table.rows.front())), std::size_t> place;
   std::vector<std::vector<std::size_t>> groups;
   for (std::size_t n = 0; n < table.rows.size(); ++n) {
-    const auto [at, is_new] = place.emplace(table.rows[n].fragment, groups.size());
+    const auto [at, is_new] = place.emplace(key_of(table.rows[n]), groups.size());
     if (is_new) groups.emplace_back();
     groups[at->second].push_back(n);
   }
   return groups;
 }
 
-using OptionalField = std::optional<double> LabelRow::*;
+std::vector<std::vector<std::size_t>> rows_by_fragment(const LabelTable& table) {
+  return grouped_rows(table, [](const LabelRow& row) { return row.fragment; });
+}
 
-/// Mean of a factor over rows, weighted by confidence; nullopt if no row gives it.
+std::vector<std::vector<std::size_t>> rows_by_judge(const LabelTable& table) {
+  return grouped_rows(table, [](const LabelRow& row) {
+    return std::tuple(row.fragment, row.observer, row.source);
+  });
+}
+
+using OptionalField = std::optional<double> LabelRow::*;
+constexpr std::array<OptionalField, 4> kFactorFields = {&LabelRow::flow, &LabelRow::weight,
+                                                        &LabelRow::time, &LabelRow::space};
+
+bool has_factor(const LabelRow& row) {
+  return row.flow || row.weight || row.time || row.space;
+}
+
+double confidence_of(const LabelRow& row) {
+  return row.confidence.value_or(1.0);
+}
+
+/// Mean of a factor over rows that count, weighted by confidence; nullopt if none gives it.
 std::optional<double> weighted_mean(const LabelTable& table, const std::vector<std::size_t>& rows,
                                     OptionalField field) {
-  double weights = 0.0, weighted = 0.0, sum = 0.0;
+  double weights = 0.0, weighted = 0.0;
+  std::optional<double> only;
   int count = 0;
   for (const std::size_t n : rows) {
     const std::optional<double>& value = table.rows[n].*field;
-    if (!value) continue;
-    const double confidence = table.rows[n].confidence.value_or(1.0);
+    const double confidence = confidence_of(table.rows[n]);
+    if (!value || confidence == 0.0) continue;
     weights += confidence;
     weighted += confidence * *value;
-    sum += *value;
+    only = value;
     ++count;
   }
-  if (count == 0) return std::nullopt;
   // A single value stays what it is, to the last bit.
-  return count == 1 || !(weights > 0.0) ? sum / count : weighted / weights;
+  return count > 1 ? std::optional(weighted / weights) : only;
+}
+
+/// Mean confidence of the rows that say something and count; blank if they all are. Where none
+/// counts 0, if a row's own confidence is the reason.
+std::optional<double> mean_confidence(const LabelTable& table,
+                                      const std::vector<std::size_t>& rows) {
+  double sum = 0.0;
+  int count = 0;
+  bool any_given = false, any_zero = false;
+  for (const std::size_t n : rows) {
+    const LabelRow& row = table.rows[n];
+    const double confidence = confidence_of(row);
+    any_zero = any_zero || confidence == 0.0;
+    if (!has_factor(row) || confidence == 0.0) continue;
+    any_given = any_given || row.confidence;
+    sum += confidence;
+    ++count;
+  }
+  if (count == 0) return any_zero ? std::optional(0.0) : std::nullopt;
+  return any_given ? std::optional(sum / count) : std::nullopt;
 }
 
 LabelRow merged(const LabelTable& table, const std::vector<std::size_t>& rows) {
   LabelRow result = table.rows[rows.front()];
-  for (const OptionalField field :
-       {&LabelRow::flow, &LabelRow::weight, &LabelRow::time, &LabelRow::space}) {
+  for (const OptionalField field : kFactorFields) {
     result.*field = weighted_mean(table, rows, field);
   }
-  double confidences = 0.0;
-  int given = 0;
-  std::vector<std::string> observers;
+  result.confidence = mean_confidence(table, rows);
+  std::vector<std::string> names;
   for (const std::size_t n : rows) {
-    const LabelRow& row = table.rows[n];
-    if (row.confidence) {
-      confidences += *row.confidence;
-      ++given;
-    }
-    const bool known =
-        std::find(observers.begin(), observers.end(), row.observer) != observers.end();
-    if (!row.observer.empty() && !known) observers.push_back(row.observer);
+    const std::string& name = table.rows[n].observer;
+    const bool known = std::find(names.begin(), names.end(), name) != names.end();
+    if (!name.empty() && !known) names.push_back(name);
   }
-  result.confidence = given > 0 ? std::optional(confidences / given) : std::nullopt;
   result.observer.clear();
-  for (const std::string& observer : observers) append_item(result.observer, "+", observer);
+  for (const std::string& name : names) append_item(result.observer, "+", name);
+  result.repeat = 0;
   return result;
+}
+
+LabelTable merged(const LabelTable& table, const std::vector<std::vector<std::size_t>>& groups) {
+  LabelTable result;
+  result.rows.reserve(groups.size());
+  for (const auto& rows : groups) result.rows.push_back(merged(table, rows));
+  return result;
+}
+
+/// Share of flow, weight and time that a row gives.
+double share_given(const LabelRow& row) {
+  return (int{row.flow.has_value()} + int{row.weight.has_value()} + int{row.time.has_value()}) /
+         3.0;
 }
 
 }  // namespace
@@ -455,21 +506,78 @@ std::vector<std::string> problems(const LabelTable& table, std::string_view name
 }
 
 std::string format_label_table(const LabelTable& table) {
-  std::string text = base::format_csv_row({kColumns.begin(), kColumns.end()});
+  // Most tables have no repeats, and stay as they were before there was a column for them.
+  const bool repeats = std::any_of(table.rows.begin(), table.rows.end(),
+                                   [](const LabelRow& row) { return row.repeat != 0; });
+  const auto line = [repeats](std::vector<std::string> fields) {
+    if (!repeats) fields.pop_back();
+    return base::format_csv_row(fields);
+  };
+  std::string text = line({kColumns.begin(), kColumns.end()});
   for (const LabelRow& row : table.rows) {
-    text += base::format_csv_row({row.fragment, row.clip, cell(row.begin_frame),
-                                  cell(row.end_frame), row.content, row.performer, cell(row.flow),
-                                  cell(row.weight), cell(row.time), cell(row.space), row.observer,
-                                  std::string(to_string(row.source)), cell(row.confidence),
-                                  row.parent_i, row.parent_j, cell(row.alpha), row.comment});
+    text += line({row.fragment, row.clip, cell(row.begin_frame), cell(row.end_frame), row.content,
+                  row.performer, cell(row.flow), cell(row.weight), cell(row.time), cell(row.space),
+                  row.observer, std::string(to_string(row.source)), cell(row.confidence),
+                  row.parent_i, row.parent_j, cell(row.alpha), row.comment,
+                  row.repeat == 0 ? std::string() : std::to_string(row.repeat)});
   }
   return text;
 }
 
-LabelTable mean_over_observers(const LabelTable& table) {
+std::vector<std::string> observers(const LabelTable& table) {
+  std::vector<std::string> names;
+  std::set<std::string> known;
+  for (const LabelRow& row : table.rows) {
+    if (has_factor(row) && known.insert(row.observer).second) names.push_back(row.observer);
+  }
+  return names;
+}
+
+LabelTable only_observer(const LabelTable& table, const std::string& observer) {
+  const std::vector<std::string> names = observers(table);
+  if (std::find(names.begin(), names.end(), observer) == names.end()) {
+    std::string there;
+    for (const std::string& name : names) append_item(there, ", ", quoted(name));
+    throw Error(ErrorKind::kUsage, "no row has labels by observer " + quoted(observer) +
+                                       " (observers are " + (there.empty() ? "none" : there) + ")");
+  }
   LabelTable result;
-  for (const auto& rows : rows_by_fragment(table)) result.rows.push_back(merged(table, rows));
+  for (const auto& rows : rows_by_fragment(table)) {
+    const std::size_t before = result.rows.size();
+    for (const std::size_t n : rows) {
+      if (table.rows[n].observer == observer) result.rows.push_back(table.rows[n]);
+    }
+    if (result.rows.size() > before) continue;
+    LabelRow blank = table.rows[rows.front()];
+    for (const OptionalField field : kFactorFields) blank.*field = std::nullopt;
+    blank.observer = observer;
+    blank.confidence = std::nullopt;
+    blank.repeat = 0;
+    result.rows.push_back(std::move(blank));
+  }
   return result;
+}
+
+LabelTable mean_over_repeats(const LabelTable& table) {
+  return merged(table, rows_by_judge(table));
+}
+
+LabelTable mean_over_observers(const LabelTable& table) {
+  const LabelTable judgements = mean_over_repeats(table);
+  return merged(judgements, rows_by_fragment(judgements));
+}
+
+std::vector<double> mean_weights(const LabelTable& table) {
+  const LabelTable judgements = mean_over_repeats(table);
+  std::vector<double> weights;
+  for (const auto& rows : rows_by_fragment(judgements)) {
+    double sum = 0.0;
+    for (const std::size_t n : rows) {
+      sum += confidence_of(judgements.rows[n]) * share_given(judgements.rows[n]);
+    }
+    weights.push_back(sum);
+  }
+  return weights;
 }
 
 std::vector<std::string> blank_rows(const LabelTable& table) {
@@ -484,7 +592,8 @@ std::vector<std::string> blank_rows(const LabelTable& table) {
     note(row.weight, "weight");
     note(row.time, "time");
     const std::string place = row.line > 0 ? " (line " + std::to_string(row.line) + ")" : "";
-    lines.push_back("fragment " + quoted(row.fragment) + place + ": " + blanks + " blank");
+    lines.push_back("fragment " + quoted(row.fragment) + place + ": " + blanks + " blank" +
+                    (row.confidence == 0.0 ? " (confidence 0)" : ""));
   }
   return lines;
 }

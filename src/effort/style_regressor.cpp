@@ -135,6 +135,7 @@ StyleSamples StyleSamples::subset(std::span<const int> columns) const {
     for (const int column : chosen)
       result.groups.push_back(groups[static_cast<std::size_t>(column)]);
   }
+  if (weights.size() > 0) result.weights = weights(chosen);
   return result;
 }
 
@@ -145,6 +146,12 @@ void StyleSamples::check() const {
     fail(base::ErrorKind::kData, std::to_string(features.cols()) + " blends with " +
                                      std::to_string(labels.cols()) + " labels and " +
                                      std::to_string(groups.size()) + " groups, must be equal");
+  }
+  if (weights.size() > 0 &&
+      (weights.size() != features.cols() || !weights.allFinite() || !(weights.minCoeff() > 0.0))) {
+    fail(base::ErrorKind::kData, std::to_string(weights.size()) + " weights of " +
+                                     std::to_string(features.cols()) +
+                                     " blends, must be one each, finite and > 0");
   }
   if (!features.allFinite() || !labels.allFinite()) {
     fail(base::ErrorKind::kData, "a feature or label of a blend is not finite, all must be");

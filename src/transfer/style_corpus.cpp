@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 #include <numeric>
+#include <tuple>
 
 #include "laban/align/content_metric.h"
 #include "laban/base/error.h"
@@ -62,6 +63,29 @@ std::string blend_name(int index) {
   return name;
 }
 
+/// Number of each blend; labels of one blend share it. Empty if every blend has one label.
+std::vector<int> groups_of(std::span<const CorpusBlend> blends) {
+  std::map<std::tuple<std::string, int, int, double>, int> known;
+  std::vector<int> groups;
+  for (const CorpusBlend& blend : blends) {
+    const auto at = known.try_emplace({blend.name, blend.fragment_i, blend.fragment_j, blend.alpha},
+                                      static_cast<int>(known.size()));
+    groups.push_back(at.first->second);
+  }
+  if (known.size() == blends.size()) groups.clear();
+  return groups;
+}
+
+/// Weights of mean 1; empty if all are equal.
+Eigen::VectorXd weights_of(std::span<const CorpusBlend> blends) {
+  Eigen::VectorXd weights(static_cast<Eigen::Index>(blends.size()));
+  for (Eigen::Index n = 0; n < weights.size(); ++n) {
+    weights[n] = blends[static_cast<std::size_t>(n)].weight;
+  }
+  if ((weights.array() == weights[0]).all()) return {};
+  return weights / weights.mean();
+}
+
 }  // namespace
 
 void StyleCorpus::check() const {
@@ -81,6 +105,7 @@ void StyleCorpus::check() const {
             place + "its parents differ in content");
     require(blend.alpha >= blend::kMinAlpha && blend.alpha <= blend::kMaxAlpha,
             place + "alpha must be in [-0.25, 1.25]");
+    require(blend.weight > 0.0 && std::isfinite(blend.weight), place + "weight must be > 0");
   }
 }
 
@@ -200,6 +225,8 @@ effort::StyleSamples style_samples(const StyleCorpus& corpus,
                                label_of(corpus.fragments[j]), blend.alpha);
     samples.labels.col(n) = label_of(blend);
   }
+  samples.groups = groups_of(corpus.blends);
+  samples.weights = weights_of(corpus.blends);
   return samples;
 }
 

@@ -12,6 +12,7 @@
 namespace laban::effort {
 namespace {
 
+using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
@@ -161,12 +162,12 @@ TEST(LabelTable, SeveralObserversMayLabelOneFragmentButOnceEach) {
                            "a,a.bvh,,,walk,p,1,1,1,,ann,expert,,,,,\n"
                            "a,a.bvh,,,walk,p,2,2,2,,bob,expert,,,,,\n"
                            "a,a.bvh,,,walk,p,2,2,2,,bob,performer,,,,,\n"
-                           "a,a.bvh,,,walk,p,0,2,2,,bob,expert,,,,,repeat 1\n";
+                           "a,a.bvh,,,walk,p,0,2,2,,bob,expert,,,,,repeat 1\n";  // older tables
   EXPECT_EQ(problem_of(rows), "");
   EXPECT_EQ(problem_of(rows + "a,a.bvh,,,walk,p,2,2,2,,bob,expert,,,,,\n"
                               "a,a.bvh,,,run,p,2,2,2,,cat,expert,,,,,\n"),
             "t.csv:6: fragment 'a' stands already in line 3 by observer 'bob' (several rows of one "
-            "need different observers)\n"
+            "need different observers, or repeat 1, 2, ..)\n"
             "t.csv:7: fragment 'a' has another content than in line 2 (a name stands for one "
             "fragment)");
 }
@@ -188,8 +189,70 @@ TEST(LabelTable, MeanOverObserversWeighsByConfidence) {
   EXPECT_EQ(mean.rows[0].space, std::nullopt);
   EXPECT_EQ(mean.rows[0].confidence, 0.5);
   EXPECT_EQ(mean.rows[0].observer, "ann+bob+cat");
-  EXPECT_NEAR(*mean.rows[1].flow, 0.2, 1e-15);  // no confidence at all: plain mean
-  EXPECT_THAT(blank_rows(table), ElementsAre("fragment 'b' (line 3): weight, time blank"));
+  EXPECT_EQ(mean.rows[1].flow, std::nullopt);  // nobody is sure at all
+  EXPECT_EQ(mean.rows[1].confidence, 0.0);
+  const auto no_confidence = "fragment 'b' (line 3): flow, weight, time blank (confidence 0)";
+  EXPECT_THAT(blank_rows(table), ElementsAre(no_confidence));
+  EXPECT_THAT(blank_rows(mean), ElementsAre(no_confidence));
+  // ann 0.25 for two of three factors, bob 0.75 for two, cat none.
+  EXPECT_THAT(mean_weights(table), ElementsAre(DoubleNear(2.0 / 3.0, 1e-15), 0.0));
+}
+
+TEST(LabelTable, ARepeatHasItsOwnRowAndCountsAsTheSameRater) {
+  const std::string header = std::string(kHeader, std::string(kHeader).size() - 1) + ",repeat\n";
+  const std::string rows = header +
+                           "a,a.bvh,,,walk,p,1,1,1,,ann,expert,,,,,,0\n"
+                           "a,a.bvh,,,walk,p,3,1,,,ann,expert,,,,,,1\n"
+                           "a,a.bvh,,,walk,p,0,0,0,,ann,expert,0,,,,,2\n"
+                           "a,a.bvh,,,walk,p,0,0,0,,bob,expert,0.5,,,,,\n";
+  const LabelTable table = parse_label_table(rows, "t.csv");
+  EXPECT_EQ(table.rows[1].repeat, 1);
+  EXPECT_EQ(table.rows[3].repeat, 0);
+  const std::string text = format_label_table(table);
+  EXPECT_EQ(format_label_table(parse_label_table(text, "t.csv")), text);
+  EXPECT_THAT(text, HasSubstr(",comment,repeat\n"));
+
+  const LabelTable judgements = mean_over_repeats(table);
+  ASSERT_EQ(judgements.rows.size(), 2u);
+  EXPECT_EQ(judgements.rows[0].flow, 2.0);
+  EXPECT_EQ(judgements.rows[0].time, 1.0);
+  EXPECT_EQ(judgements.rows[0].confidence, std::nullopt);
+  EXPECT_EQ(judgements.rows[0].repeat, 0);
+  EXPECT_EQ(judgements.rows[1].confidence, 0.5);
+  // Ann's three rows weigh as one rater: (1 * 2 + 0.5 * 0) / 1.5.
+  EXPECT_NEAR(*mean_over_observers(table).rows[0].flow, 2.0 / 1.5, 1e-15);
+  EXPECT_THAT(mean_weights(table), ElementsAre(1.5));
+
+  EXPECT_THAT(problem_of(rows + "a,a.bvh,,,walk,p,0,0,0,,ann,expert,,,,,,1\n"),
+              HasSubstr("t.csv:6: fragment 'a' stands already in line 3 by observer 'ann'"));
+  EXPECT_THAT(problem_of(rows + "b,b.bvh,,,walk,p,0,0,0,,ann,expert,,,,,,-1\n"),
+              HasSubstr("t.csv:6: repeat = -1 (must be >= 0)"));
+}
+
+TEST(LabelTable, OneObserverCanBeTakenOut) {
+  const LabelTable table = parse_label_table(std::string(kHeader) +
+                                                 "a,a.bvh,,,walk,p,1,1,1,,ann,expert,,,,,\n"
+                                                 "a,a.bvh,,,walk,p,2,2,2,,bob,expert,,,,,\n"
+                                                 "b,b.bvh,,,walk,p,2,2,2,,bob,expert,0.5,,,,\n"
+                                                 "c,c.bvh,,,walk,p,,,,,cat,expert,,,,,\n",
+                                             "t.csv");
+  EXPECT_THAT(observers(table), ElementsAre("ann", "bob"));
+  const LabelTable ann = only_observer(table, "ann");
+  ASSERT_EQ(ann.rows.size(), 3u);
+  EXPECT_EQ(ann.rows[0].flow, 1.0);
+  EXPECT_EQ(ann.rows[1].fragment, "b");
+  EXPECT_EQ(ann.rows[1].flow, std::nullopt);
+  EXPECT_EQ(ann.rows[1].confidence, std::nullopt);
+  EXPECT_THAT(blank_rows(ann), ElementsAre("fragment 'b' (line 4): flow, weight, time blank",
+                                           "fragment 'c' (line 5): flow, weight, time blank"));
+  EXPECT_EQ(only_observer(table, "bob").rows[1].confidence, 0.5);
+  try {
+    (void)only_observer(table, "cat");
+    ADD_FAILURE();
+  } catch (const base::Error& error) {
+    EXPECT_EQ(error.kind(), base::ErrorKind::kUsage);
+    EXPECT_STREQ(error.what(), "no row has labels by observer 'cat' (observers are 'ann', 'bob')");
+  }
 }
 
 TEST(LabelTable, NamesTheRowsARaterHasYetToFill) {

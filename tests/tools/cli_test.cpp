@@ -16,6 +16,7 @@ using nlohmann::json;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 const std::string kData = LABAN_SOURCE_DIR "/data/";
@@ -24,9 +25,9 @@ const std::string kWalk = kData + "phrase/phrase_walk_p01.bvh";
 const std::string kOtherWalk = kData + "phrase/phrase_walk_p02.bvh";
 const std::string kBow = kData + "phrase/phrase_bow_p01.bvh";
 const std::string kLabels = LABAN_SOURCE_DIR "/labels/phrase.csv";
-const std::vector<std::string> kVerbs = {"apply",   "train",   "evaluate", "corpus",
-                                         "match",   "segment", "blend",    "curve",
-                                         "measure", "inspect", "convert",  "draw"};
+const std::vector<std::string> kVerbs = {"agree",   "apply",   "train", "evaluate", "corpus",
+                                         "match",   "segment", "blend", "curve",    "measure",
+                                         "inspect", "convert", "draw"};
 
 void write(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -239,6 +240,101 @@ TEST_F(Cli, ARatersSheetBecomesAModel) {
   ASSERT_EQ(run("train --labels sheet.csv -o mine.laban --skip-blank").code, 0);
   const Outcome applied = run("apply " + kBow + " --model mine.laban --weight 2 -o strong.glb");
   EXPECT_EQ(applied.code, 0) << applied.err;
+}
+
+/// The embedded labels as three raters might have given them: ann as they are, bob half a point
+/// higher and half as sure, cat of the bows only.
+effort::LabelTable three_raters() {
+  effort::LabelTable table;
+  for (effort::LabelRow row : effort::parse_label_table(bytes_of(kLabels), kLabels).rows) {
+    row.source = effort::LabelSource::kExpert;
+    if (!row.clip.empty()) row.clip = fs::path(kData) / "phrase" / fs::path(row.clip).filename();
+    row.observer = "ann";
+    table.rows.push_back(row);
+    if (row.content == "bow") {
+      row.observer = "cat";
+      table.rows.push_back(row);
+    }
+    row.observer = "bob";
+    row.confidence = 0.5;
+    for (auto* factor : {&row.flow, &row.weight, &row.time})
+      *factor = std::min(3.0, **factor + 0.5);
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+TEST_F(Cli, AgreePrintsAlphaAndCorrelationsOfRaters) {
+  effort::LabelTable table = three_raters();
+  write(folder_ / "raters.csv", effort::format_label_table(table));
+  const Outcome text = run("agree --labels raters.csv");
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("3 raters: ann, cat, bob; 165 fragments and blends"));
+  EXPECT_THAT(text.out, Not(HasSubstr("within")));
+  const json all = json::parse(run("agree --labels raters.csv --json").out);
+  const json& flow = all["factors"]["flow"];
+  EXPECT_EQ(flow["units"], 165);
+  EXPECT_EQ(flow["alpha"]["resamples"], 2000);
+  EXPECT_GT(flow["alpha"]["value"], 0.8);
+  EXPECT_LT(flow["alpha"]["value"], 1.0);
+  EXPECT_LT(flow["alpha"]["interval"][0], flow["alpha"]["value"]);
+  EXPECT_GT(flow["alpha"]["interval"][1], flow["alpha"]["value"]);
+  EXPECT_EQ(flow["icc_2_1"]["units"].get<int>() + flow["icc_2_1"]["dropped"].get<int>(), 165);
+  EXPECT_TRUE(all["repeats"].empty());
+  // Two who say the same.
+  const json two = json::parse(run("agree --labels raters.csv --json --raters ann,cat").out);
+  EXPECT_EQ(two["factors"]["time"]["alpha"]["value"], 1.0);
+  EXPECT_EQ(two["factors"]["time"]["icc_2_1"]["value"], 1.0);
+  // The same seed, the same interval; another one, another.
+  EXPECT_EQ(json::parse(run("agree --labels raters.csv --json").out), all);
+  EXPECT_NE(json::parse(run("agree --labels raters.csv --json --seed 2").out)["factors"],
+            all["factors"]);
+
+  expect_error("agree --labels raters.csv --raters ann,dan", 2,
+               "raters.csv: no row has labels by rater 'dan' (raters are 'ann', 'cat', 'bob')");
+  expect_error("agree --labels " + kLabels, 5, "agreement needs two raters, or repeats of one");
+
+  effort::LabelRow again = table.rows.front();
+  again.flow = *again.flow + 0.5;
+  again.repeat = 1;
+  table.rows.push_back(again);
+  write(folder_ / "raters.csv", effort::format_label_table(table));
+  const json repeats = json::parse(run("agree --labels raters.csv --json").out)["repeats"];
+  ASSERT_EQ(repeats.size(), 3U);
+  EXPECT_EQ(repeats[0]["rater"], "ann");
+  EXPECT_NEAR(repeats[0]["mean_absolute_difference"].get<double>(), 0.5, 1e-12);
+  EXPECT_TRUE(repeats[0]["icc_1_1"]["value"].is_null());  // of one unit
+}
+
+TEST_F(Cli, TrainLearnsFromTheRatersItIsTold) {
+  write(folder_ / "raters.csv", effort::format_label_table(three_raters()));
+  const auto train = [&](const std::string& options) {
+    const Outcome result =
+        run("train --labels raters.csv -o mine.laban --force --json --skip-blank " + options);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return json::parse(result.out);
+  };
+  const json mean = train("");
+  EXPECT_EQ(mean["blends"], 105);
+  EXPECT_EQ(mean["labels"], 105);
+  EXPECT_EQ(mean["raters"]["observers"], json({"ann", "cat", "bob"}));
+  const json each = train("--each-rater");
+  EXPECT_EQ(each["blends"], 105);
+  EXPECT_GT(each["labels"], 210);
+  EXPECT_EQ(each["raters"]["labels"], "each");
+  EXPECT_EQ(train("--rater ann")["labels"], 105);
+  const json cat = train("--rater cat");
+  EXPECT_LT(cat["labels"], 105);
+  EXPECT_EQ(cat["contents"], json({"bow"}));
+  expect_error(
+      "train --labels raters.csv -o no.laban --rater eve", 2,
+      "raters.csv: no row has labels by observer 'eve' (observers are 'ann', 'cat', 'bob')");
+  expect_error("train --labels raters.csv -o no.laban --rater ann --each-rater", 2, "--rater");
+  // Cat has not rated all there is.
+  EXPECT_THAT(run("train --labels raters.csv -o no.laban --rater cat").err,
+              HasSubstr("rows are still blank"));
+  const Outcome table = run("evaluate --labels raters.csv --runs 2 --each-rater");
+  EXPECT_THAT(table.out, HasSubstr("2 runs of 85 training and 20 test blends")) << table.err;
 }
 
 TEST_F(Cli, TheEmbeddedLabelsAreWhatTheCorpusVerbMeasures) {

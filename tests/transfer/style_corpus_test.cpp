@@ -58,6 +58,38 @@ TEST(AlignPair, RefusesClipsOfTooDifferentLengths) {
   EXPECT_THROW((void)align_pair(slow, quick), base::Error);
 }
 
+TEST(StyleSamples, WeighByConfidenceAndGroupTheLabelsOfOneBlend) {
+  StyleCorpus corpus = test::toy_corpus(3);
+  const auto map = fit_corpus_content_map(corpus.fragments);
+  const auto coordinates = content_coordinates(corpus.fragments, map);
+  for (CorpusBlend& blend : corpus.blends) blend.weight = 0.3;
+  const auto plain = style_samples(corpus, coordinates);
+  EXPECT_TRUE(plain.groups.empty());
+  EXPECT_EQ(plain.weights.size(), 0);  // equal weights are none
+
+  CorpusBlend second = corpus.blends[1];  // another observer's word
+  second.effort->flow = -1.0;
+  second.weight = 0.9;
+  corpus.blends.push_back(second);
+  const auto both = style_samples(corpus, coordinates);
+  EXPECT_EQ(both.groups, (std::vector<int>{0, 1, 2, 1}));
+  EXPECT_EQ(both.features.col(1), both.features.col(3));
+  EXPECT_EQ(both.labels(0, 3), -1.0);
+  ASSERT_EQ(both.weights.size(), 4);
+  EXPECT_NEAR(both.weights.mean(), 1.0, 1e-15);
+  EXPECT_NEAR(both.weights[3] / both.weights[0], 3.0, 1e-12);
+  EXPECT_NO_THROW(both.check());
+  EXPECT_NEAR(both.subset(std::vector{3, 0}).weights[0], both.weights[3], 1e-15);
+
+  corpus.blends[0].weight = 0.0;
+  EXPECT_THROW(corpus.check(), base::Error);
+  auto broken = both;
+  broken.weights[2] = -1.0;
+  EXPECT_THROW(broken.check(), base::Error);
+  broken.weights.resize(2);
+  EXPECT_THROW(broken.check(), base::Error);
+}
+
 TEST(StyleSamples, NameTheBlendThatHasNoLabel) {
   StyleCorpus corpus = test::toy_corpus(3);
   corpus.blends[1].effort.reset();

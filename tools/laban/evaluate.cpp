@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <tuple>
 
 #include <fmt/core.h>
 
@@ -18,7 +20,7 @@ namespace {
 struct EvaluateVerb {
   Common common;
   std::string labels;
-  std::string clips;
+  ReadCorpusOptions reading;
   std::string csv;
   std::string runs_csv;
   std::string plot;
@@ -31,6 +33,14 @@ struct EvaluateVerb {
   int components = 3;
   int closed_loop = 0;
 };
+
+/// Blends of the corpus: labels of one blend by several observers are one.
+int blend_count(const transfer::StyleCorpus& corpus) {
+  std::set<std::tuple<std::string, int, int, double>> blends;
+  for (const transfer::CorpusBlend& blend : corpus.blends)
+    blends.emplace(blend.name, blend.fragment_i, blend.fragment_j, blend.alpha);
+  return static_cast<int>(blends.size());
+}
 
 /// Options of random splits: the paper's 85 of 105, or the same share of another number of blends.
 void set_sizes(EvaluateVerb& verb, int blends) {
@@ -58,19 +68,20 @@ void set_options(EvaluateVerb& verb, effort::Protocol protocol, int blends) {
 }
 
 Json record_of(const EvaluateVerb& verb, const effort::EvaluationReport& report,
-               const std::vector<InputRecord>& inputs) {
+               const LabelledCorpus& read) {
   Json models = Json::array();
   for (const effort::RegressorKind kind : verb.options.models)
     models.push_back(effort::name_of(kind));
   Json options = {{"protocol", verb.protocol},   {"models", models},
                   {"seed", verb.common.seed},    {"symmetric", verb.options.symmetric},
-                  {"folds", verb.options.folds}, {"components", verb.components}};
+                  {"folds", verb.options.folds}, {"components", verb.components},
+                  {"raters", read.raters}};
   if (report.protocol == effort::Protocol::kRandom) {
     options["runs"] = verb.options.runs;
     options["train"] = verb.options.train;
     options["test"] = verb.options.test;
   }
-  return run_record("evaluate", options, inputs);
+  return run_record("evaluate", options, read.records);
 }
 
 std::string picture(const EvaluateVerb& verb, const effort::EvaluationReport& report) {
@@ -135,10 +146,10 @@ void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
 void run(EvaluateVerb& verb) {
   check_outputs(verb.common, {verb.csv, verb.runs_csv, verb.plot});
   if (!verb.plot.empty()) (void)is_svg(verb.plot);
-  const LabelledCorpus read = read_corpus(verb.labels, {verb.clips, std::nullopt}, verb.common);
+  const LabelledCorpus read = read_corpus(verb.labels, verb.reading, verb.common);
   if (verb.closed_loop > 0) return run_closed_loop(verb, read);
   const effort::Protocol protocol = *effort::protocol_named(verb.protocol);
-  set_options(verb, protocol, static_cast<int>(read.corpus.blends.size()));
+  set_options(verb, protocol, blend_count(read.corpus));
   effort::ContentMapOptions content;
   content.components = verb.components;
   const effort::EvaluationReport report = [&] {
@@ -151,7 +162,7 @@ void run(EvaluateVerb& verb) {
   if (verb.common.json) {
     Json json = {{"schema", "laban.evaluate/1"}};
     json.update(cli::to_json(report));
-    json["run"] = record_of(verb, report, read.records);
+    json["run"] = record_of(verb, report, read);
     fmt::print("{}\n", json.dump(2));
   } else if (verb.csv != "-" && verb.runs_csv != "-") {
     fmt::print("{}", to_text(report));
@@ -166,7 +177,7 @@ void add_evaluate(CLI::App& app) {
                            "Measure prediction error of the five regressors: Table 1 of the paper",
                            "laban evaluate --labels labels/phrase.csv --runs 500");
   sub->add_option("--labels", verb->labels, "label table (CSV)")->required();
-  sub->add_option("--clips", verb->clips, "folder of the clips (default: the table's own)");
+  sub->add_option("--clips", verb->reading.clips, "folder of the clips (default: the table's own)");
   CLI::Option* protocol =
       sub->add_option("--protocol", verb->protocol, "how blends are held out to be tested on")
           ->check(CLI::IsMember({"random", "leave-performer-out", "leave-content-out"}))
@@ -202,6 +213,7 @@ void add_evaluate(CLI::App& app) {
       ->excludes(csv)
       ->excludes(runs_csv)
       ->excludes(plot);
+  add_rater_options(sub, verb->reading);
   add_common(sub, verb->common, {.writes = true, .threads = true, .seed = true});
   sub->callback([verb] { run(*verb); });
 }

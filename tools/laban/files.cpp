@@ -25,18 +25,6 @@ namespace fs = std::filesystem;
 using base::Error;
 using base::ErrorKind;
 
-/// Runs `work`; an error that does not name the file yet gets its name in front.
-template <typename Work>
-auto naming(const std::string& path, const Work& work) {
-  try {
-    return work();
-  } catch (const Error& error) {
-    const std::string what = error.what();
-    if (what.starts_with(path)) throw;
-    throw Error(error.kind(), path + ": " + what);
-  }
-}
-
 /// How io is to read the clip of a path, or of stdin for "-".
 io::ReadOptions io_options(const ReadClipOptions& options, const std::string& path) {
   io::ReadOptions reading{.unit_m = options.unit_m, .frame_rate_hz = options.frame_rate_hz};
@@ -60,6 +48,11 @@ fs::path executable_folder() {
 /// A clip of the corpus, read once however many fragments it has.
 using ClipCache = std::map<std::string, CapturedClip>;
 
+std::optional<effort::Effort> effort_of(const effort::LabelRow& row) {
+  if (!row.is_rated()) return std::nullopt;
+  return effort::Effort{*row.flow, *row.weight, *row.time};
+}
+
 transfer::Fragment make_fragment(const effort::LabelRow& row, const CapturedClip& clip,
                                  double rate_hz) {
   const motion::Clip& whole = clip.file.clip;
@@ -75,9 +68,59 @@ transfer::Fragment make_fragment(const effort::LabelRow& row, const CapturedClip
   const motion::Clip cut =
       motion::resample(clip.capture.clip.slice(begin - t_pose, end - t_pose), rate_hz);
   transfer::Fragment fragment{row.fragment, row.content, row.performer,
-                              motion::to_pose_matrix(cut, clip.capture.humanoid), std::nullopt};
-  if (row.is_rated()) fragment.effort = effort::Effort{*row.flow, *row.weight, *row.time};
+                              motion::to_pose_matrix(cut, clip.capture.humanoid), effort_of(row)};
   return fragment;
+}
+
+/// The table as its observers gave it, or one of them.
+effort::LabelTable chosen_labels(effort::LabelTable table, const std::string& path,
+                                 const ReadCorpusOptions& options) {
+  if (options.rater.empty()) return table;
+  return naming(path, [&] { return effort::only_observer(table, options.rater); });
+}
+
+/// Numbers of fragments by their names.
+using IndexOf = std::map<std::string, int>;
+
+transfer::CorpusBlend make_blend(const effort::LabelRow& row, const IndexOf& index, double weight) {
+  transfer::CorpusBlend blend{row.fragment, index.at(row.parent_i), index.at(row.parent_j),
+                              *row.alpha, effort_of(row)};
+  if (blend.effort) blend.weight = weight;
+  return blend;
+}
+
+/// Blends with the mean of their labels.
+void add_means(const effort::LabelTable& labels, const IndexOf& index, LabelledCorpus& read) {
+  const std::vector<double> weights = effort::mean_weights(labels);
+  for (std::size_t n = 0; n < read.table.rows.size(); ++n) {
+    const effort::LabelRow& row = read.table.rows[n];
+    if (row.is_blend()) read.corpus.blends.push_back(make_blend(row, index, weights[n]));
+  }
+}
+
+/// Blends, once for every observer who gives all three factors. Those that no one has rated stand
+/// once without a label, as among the means; those that observers have rated only between them are
+/// left out.
+/// @return observations of one or two factors, which cannot be learnt from by themselves.
+int add_observations(const effort::LabelTable& labels, const IndexOf& index, LabelledCorpus& read) {
+  std::map<std::string, std::vector<const effort::LabelRow*>> whole;
+  int parts = 0;
+  const effort::LabelTable judgements = effort::mean_over_repeats(labels);
+  for (const effort::LabelRow& row : judgements.rows) {
+    if (!row.is_blend()) continue;
+    if (row.is_rated())
+      whole[row.fragment].push_back(&row);
+    else if (row.flow || row.weight || row.time)
+      ++parts;
+  }
+  for (const effort::LabelRow& row : read.table.rows) {
+    if (!row.is_blend()) continue;
+    if (!row.is_rated()) read.corpus.blends.push_back(make_blend(row, index, 1.0));
+    for (const effort::LabelRow* one : whole[row.fragment]) {
+      read.corpus.blends.push_back(make_blend(*one, index, one->confidence.value_or(1.0)));
+    }
+  }
+  return parts;
 }
 
 }  // namespace
@@ -303,6 +346,15 @@ bool is_svg(const std::string& path) {
   throw Error(ErrorKind::kUsage, path + ": a picture is a .png or .svg file");
 }
 
+void add_rater_options(CLI::App* verb, ReadCorpusOptions& options) {
+  CLI::Option* one = verb->add_option(
+      "--rater", options.rater,
+      "the observer whose labels count (default: the mean of all, weighted by confidence)");
+  verb->add_flag("--each-rater", options.each_rater,
+                 "every observer's label of a blend counts by itself")
+      ->excludes(one);
+}
+
 double common_rate(const std::vector<double>& rates_hz) {
   std::map<double, int> counts;
   for (const double rate : rates_hz) ++counts[rate];
@@ -315,9 +367,13 @@ double common_rate(const std::vector<double>& rates_hz) {
 LabelledCorpus read_corpus(const std::string& table_path, const ReadCorpusOptions& options,
                            const Common& common) {
   const std::string text = read_bytes(table_path);
-  LabelledCorpus read{{},
-                      effort::mean_over_observers(effort::parse_label_table(text, table_path)),
-                      {{table_path, base::sha256_hex(text)}}};
+  const effort::LabelTable labels =
+      chosen_labels(effort::parse_label_table(text, table_path), table_path, options);
+  LabelledCorpus read{
+      {},
+      effort::mean_over_observers(labels),
+      {{table_path, base::sha256_hex(text)}},
+      {{"labels", options.each_rater ? "each" : "mean"}, {"observers", effort::observers(labels)}}};
   const fs::path folder =
       options.clips.empty() ? fs::path(table_path).parent_path() : fs::path(options.clips);
   const auto at_line = [&](const effort::LabelRow& row, const auto& work) {
@@ -336,17 +392,18 @@ LabelledCorpus read_corpus(const std::string& table_path, const ReadCorpusOption
   if (rates.empty())
     throw Error(ErrorKind::kData, table_path + ": it has no fragments, only a head or blends");
   const double rate_hz = options.frame_rate_hz.value_or(common_rate(rates));
-  std::map<std::string, int> index;
+  IndexOf index;
   for (const effort::LabelRow& row : effort::seeds(read.table)) {
     index.emplace(row.fragment, static_cast<int>(read.corpus.fragments.size()));
     read.corpus.fragments.push_back(
         at_line(row, [&] { return make_fragment(row, cache.at(row.clip), rate_hz); }));
   }
-  for (const effort::LabelRow& row : effort::blends(read.table)) {
-    transfer::CorpusBlend blend{row.fragment, index.at(row.parent_i), index.at(row.parent_j),
-                                *row.alpha, std::nullopt};
-    if (row.is_rated()) blend.effort = effort::Effort{*row.flow, *row.weight, *row.time};
-    read.corpus.blends.push_back(blend);
+  if (!options.each_rater) {
+    add_means(labels, index, read);
+  } else if (const int parts = add_observations(labels, index, read); parts > 0) {
+    warn(common, fmt::format("{}: --each-rater leaves out {} labels of blends that have not all of "
+                             "flow, weight and time",
+                             table_path, parts));
   }
   naming(table_path, [&] { read.corpus.check(); });
   return read;

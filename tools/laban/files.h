@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "laban/base/error.h"
 #include "laban/effort/label_table.h"
 #include "laban/io/clip_file.h"
 #include "laban/io/motion_table.h"
@@ -20,6 +21,18 @@
 namespace laban::cli {
 
 using Json = nlohmann::ordered_json;
+
+/// Runs `work`; an error that does not name the file yet gets its name in front.
+template <typename Work>
+auto naming(const std::string& path, const Work& work) {
+  try {
+    return work();
+  } catch (const base::Error& error) {
+    const std::string what = error.what();
+    if (what.starts_with(path)) throw;
+    throw base::Error(error.kind(), path + ": " + what);
+  }
+}
 
 /// A file that was read, for run records.
 struct InputRecord {
@@ -131,17 +144,23 @@ struct LabelledCorpus {
   transfer::StyleCorpus corpus;
   effort::LabelTable table;          ///< one row a fragment (mean over observers)
   std::vector<InputRecord> records;  ///< the table, then its clips
+  Json raters;                       ///< whose labels these are, for reports and run records
 };
 
 struct ReadCorpusOptions {
   std::string clips;  ///< folder that replaces the table's own; empty: the table's
   /// Common rate of the fragments; nullopt: the most frequent one among the clips.
   std::optional<double> frame_rate_hz;
+  std::string rater;        ///< the observer whose labels count; empty: the mean of all
+  bool each_rater = false;  ///< every observer's label of a blend by itself, not their mean
 };
+
+/// Adds --rater and --each-rater.
+void add_rater_options(CLI::App* verb, ReadCorpusOptions& options);
 
 /// Reads a label table and every clip it names.
 /// @throws naming the table's line for a clip that cannot be read, frames out of range or parents
-///         that do not fit.
+///         that do not fit; Error{kUsage} if nobody is the observer asked for.
 [[nodiscard]] LabelledCorpus read_corpus(const std::string& table_path,
                                          const ReadCorpusOptions& options, const Common& common);
 

@@ -86,6 +86,7 @@ int run(int argc, char** argv) {
   add_apply(app);
   add_train(app);
   add_evaluate(app);
+  add_agree(app);
   add_corpus(app);
   add_match(app);
   add_segment(app);

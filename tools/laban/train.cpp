@@ -1,3 +1,5 @@
+#include <set>
+
 #include <fmt/core.h>
 
 #include "laban/base/error.h"
@@ -14,7 +16,7 @@ using base::ErrorKind;
 struct TrainVerb {
   Common common;
   std::string labels;
-  std::string clips;
+  ReadCorpusOptions reading;
   std::string output;
   std::string regressor;
   std::string metric = "content";
@@ -68,13 +70,23 @@ transfer::TrainOptions options_of(const TrainVerb& verb) {
   return options;
 }
 
-void print(const TrainVerb& verb, const transfer::StyleModel& model, std::size_t blend_count) {
+/// Blends that differ in more than their labels.
+std::size_t count_blends(const std::vector<transfer::CorpusBlend>& blends) {
+  std::set<std::string> names;
+  for (const transfer::CorpusBlend& blend : blends) names.insert(blend.name);
+  return names.size();
+}
+
+void print(const TrainVerb& verb, const transfer::StyleModel& model, const LabelledCorpus& read) {
+  const std::size_t blend_count = count_blends(read.corpus.blends);
   const auto& fits = model.regressor.fits();
   if (verb.common.json) {
     Json json = {{"schema", "laban.train/1"},
                  {"model", verb.output},
                  {"fragments", model.fragments.size()},
                  {"blends", blend_count},
+                 {"labels", read.corpus.blends.size()},
+                 {"raters", read.raters},
                  {"contents", model.contents.names},
                  {"frame_rate_hz", model.frame_rate_hz()},
                  {"regressor", effort::name_of(model.regressor.kind())}};
@@ -92,6 +104,12 @@ void print(const TrainVerb& verb, const transfer::StyleModel& model, std::size_t
   fmt::print("{}: {} fragments of {} contents at {:g} Hz, {} blends\n", verb.output,
              model.fragments.size(), model.contents.names.size(), model.frame_rate_hz(),
              blend_count);
+  if (read.raters["observers"].size() > 1) {
+    fmt::print(
+        "labels: {} of {} observers{}\n",
+        verb.reading.each_rater ? fmt::format("all {}", read.corpus.blends.size()) : "the mean",
+        read.raters["observers"].size(), verb.reading.each_rater ? "" : ", weighted by confidence");
+  }
   fmt::print("regressor {}; squared error in {}-fold cross-validation:",
              effort::name_of(model.regressor.kind()), verb.folds);
   for (const effort::Factor factor : effort::kFactors) {
@@ -103,7 +121,7 @@ void print(const TrainVerb& verb, const transfer::StyleModel& model, std::size_t
 
 void run(const TrainVerb& verb) {
   check_outputs(verb.common, {verb.output});
-  LabelledCorpus read = read_corpus(verb.labels, {verb.clips, std::nullopt}, verb.common);
+  LabelledCorpus read = read_corpus(verb.labels, verb.reading, verb.common);
   mind_blank_rows(verb, read);
   transfer::TrainOptions options = options_of(verb);
   options.record_json =
@@ -114,12 +132,13 @@ void run(const TrainVerb& verb) {
                   {"symmetric", options.learning.symmetric},
                   {"components", verb.components},
                   {"folds", verb.folds},
-                  {"skip_blank", verb.skip_blank}},
+                  {"skip_blank", verb.skip_blank},
+                  {"raters", read.raters}},
                  read.records)
           .dump();
   const transfer::StyleModel model = transfer::train_style_model(read.corpus, options);
   write_bytes(verb.output, transfer::write_style_model(model), verb.common);
-  print(verb, model, read.corpus.blends.size());
+  print(verb, model, read);
 }
 
 }  // namespace
@@ -129,7 +148,7 @@ void add_train(CLI::App& app) {
   CLI::App* sub = add_verb(app, "train", "Learn a style model from labelled fragments and blends",
                            "laban train --labels labels/phrase.csv -o phrase.laban");
   sub->add_option("--labels", verb->labels, "label table (CSV)")->required();
-  sub->add_option("--clips", verb->clips, "folder of the clips (default: the table's own)");
+  sub->add_option("--clips", verb->reading.clips, "folder of the clips (default: the table's own)");
   sub->add_option("-o,--output", verb->output, "model file to write (.laban)")->required();
   sub->add_option("--regressor", verb->regressor,
                   "default: residual-kernel-ridge or kernel-ridge, the better")
@@ -146,6 +165,7 @@ void add_train(CLI::App& app) {
       ->capture_default_str();
   sub->add_flag("--ordered", verb->ordered, "a blend counts in one order only, as in the paper");
   sub->add_flag("--skip-blank", verb->skip_blank, "leave out rows that are still blank");
+  add_rater_options(sub, verb->reading);
   add_common(sub, verb->common, {.writes = true, .threads = true, .seed = true});
   sub->callback([verb] { run(*verb); });
 }

@@ -54,6 +54,7 @@ void tell(const Common& common, const std::string& message);
                                                                 std::string what);
 
 /// The verbs, a file each.
+void add_agree(CLI::App& app);
 void add_apply(CLI::App& app);
 void add_blend(CLI::App& app);
 void add_convert(CLI::App& app);

@@ -63,11 +63,15 @@ struct StyleSamples {
   /// One label a column: columns of one group (one blend judged by several observers) stay together
   /// in every fold and split. Empty: each column by itself.
   std::vector<int> groups;
+  /// How much each column counts, > 0; empty: all 1. A squared (or epsilon-insensitive) error is
+  /// multiplied by it.
+  Eigen::VectorXd weights;
 
   [[nodiscard]] int count() const noexcept { return static_cast<int>(features.cols()); }
   /// The chosen columns, in that order.
   [[nodiscard]] StyleSamples subset(std::span<const int> columns) const;
-  /// @throws Error{kData} unless sizes agree, D is a feature_count and all values are finite.
+  /// @throws Error{kData} unless sizes agree, D is a feature_count, all values are finite and weights
+  ///         are > 0.
   void check() const;
 };
 

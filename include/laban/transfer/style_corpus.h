@@ -22,13 +22,17 @@ struct Fragment {
   std::optional<effort::Effort> effort;  ///< its label, if it has one
 };
 
-/// A space-time interpolation of two fragments, and its label, if it has one.
+/// A space-time interpolation of two fragments, and its label, if it has one. A blend stands once
+/// for each label that it is to be learnt from: the same name, parents and alpha, another label.
 struct CorpusBlend {
   std::string name;
   int fragment_i = 0;
   int fragment_j = 0;
   double alpha = 0.0;  ///< in [-0.25, 1.25]; 0 is fragment i
   std::optional<effort::Effort> effort;
+  /// How much the label counts beside those of other blends, > 0: the confidence behind it. Only
+  /// ratios of weights matter.
+  double weight = 1.0;
 };
 
 /// The examples that style transfer works by: fragments, and blends of them that were labelled.
@@ -39,8 +43,8 @@ struct StyleCorpus {
   std::vector<CorpusBlend> blends;
 
   /// @throws Error{kData} naming the first fragment or blend that breaks a rule: no fragments,
-  ///         different frame rates, parents out of range or of different content, alpha out of
-  ///         range.
+  ///         different frame rates, parents out of range or of different content, alpha or weight
+  ///         out of range.
   void check() const;
 };
 
@@ -96,7 +100,9 @@ struct DrawBlendsOptions {
     std::span<const Fragment> fragments, std::span<const int> known,
     const effort::ContentMapOptions& options = {});
 
-/// The rows that regressors learn from: one a labelled blend.
+/// The rows that regressors learn from: one a labelled blend; several labels of one blend are one
+/// group. Weights are scaled to a mean of 1, so that equal ones are the same as none and the loss
+/// weights of the regressors' grids keep their meaning.
 /// @param coordinates  of each fragment, from content_coordinates.
 /// @throws Error{kData} naming a blend or a parent of one that has no label.
 [[nodiscard]] effort::StyleSamples style_samples(const StyleCorpus& corpus,
