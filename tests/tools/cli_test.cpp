@@ -392,6 +392,13 @@ TEST_F(Cli, CurveMeasureInspectAndDrawWriteWhatTheySay) {
   EXPECT_EQ(measured["clips"][0]["content"], "walk");
   EXPECT_EQ(run("draw " + kWalk + " " + kOtherWalk + " -o walks.png").code, 0);
   EXPECT_THAT(bytes_of(folder_ / "walks.png"), StartsWith("\x89PNG"));
+  EXPECT_EQ(run("draw " + kWalk + " " + kOtherWalk + " --animate walks.html").code, 0);
+  EXPECT_THAT(bytes_of(folder_ / "walks.html"), StartsWith("<!DOCTYPE html>"));
+  EXPECT_THAT(bytes_of(folder_ / "walks.html"), HasSubstr("phrase_walk_p02"));
+  expect_error("draw " + kWalk, 2, "name a picture with -o or a page with --animate");
+  expect_error("draw" + (" " + kWalk + " " + kWalk + " " + kWalk) + " " + kWalk + " " + kWalk +
+                   " --animate five.html",
+               2, "--animate shows at most 4 clips");
   EXPECT_EQ(json::parse(run("inspect --json " LABAN_DEFAULT_MODEL).out)["fragments"].size(), 60U);
   EXPECT_EQ(json::parse(run("inspect --json " + kLabels).out)["blends"], 105);
 

@@ -53,6 +53,7 @@ def main():
         f"corpus --clips {phrase} --pattern phrase_{{content}}_{{performer}} --blends 5 --label none -o blank.csv",
         "curve",
         f"draw {take} -o take.png",
+        f"draw {take} --animate take.html",
         f"evaluate --labels {labels} --runs 2",
         f"evaluate --labels {labels} --protocol leave-performer-out --models linear-ridge,residual-kernel-ridge",
         f"evaluate --labels {labels} --protocol leave-content-out --models linear-ridge",

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include "laban/base/error.h"
+#include "laban/draw/animation.h"
 #include "laban/draw/contact_sheet.h"
 #include "laban/transfer/styled_clip.h"
 
@@ -20,6 +21,7 @@ struct ApplyVerb {
   std::string model;
   std::string report;
   std::string picture;
+  std::string animation;
   transfer::EffortTarget target;
   transfer::ApplyOptions options;
   bool no_foot_fix = false;
@@ -92,11 +94,23 @@ std::string picture(const ApplyVerb& verb, const CapturedClip& input, const moti
   return draw::contact_sheet(strips, options);
 }
 
+std::string animation(const ApplyVerb& verb, const CapturedClip& input,
+                      const transfer::StyledClip& styled) {
+  const motion::Humanoid& humanoid = input.capture.humanoid;
+  std::vector<double> joins;
+  for (const int frame : styled.joins) joins.push_back(frame / styled.clip.frame_rate_hz());
+  const draw::AnimatedClip clips[] = {
+      {with_standard_names(input.capture.clip, humanoid), "input: " + verb.input, "", humanoid, {}},
+      {with_standard_names(styled.clip, humanoid), "output: " + verb.output,
+       "asked: " + to_text(verb.target), humanoid, std::move(joins)}};
+  return draw::animation(clips, {.source_frames = styled.source_frames});
+}
+
 void run(const ApplyVerb& verb) {
   if (const auto problems = verb.target.problems(); !problems.empty()) {
     throw base::Error(base::ErrorKind::kUsage, problems.front());
   }
-  check_outputs(verb.common, {verb.output, verb.report, verb.picture});
+  check_outputs(verb.common, {verb.output, verb.report, verb.picture, verb.animation});
   (void)check_clip_output(verb.output, verb.writing);
   if (!verb.picture.empty()) (void)is_svg(verb.picture);
   std::vector<InputRecord> inputs(1);
@@ -126,6 +140,8 @@ void run(const ApplyVerb& verb) {
   if (!verb.report.empty()) write_bytes(verb.report, json.dump(2) + "\n", verb.common);
   if (!verb.picture.empty())
     write_bytes(verb.picture, picture(verb, input, output, model, applied), verb.common);
+  if (!verb.animation.empty())
+    write_bytes(verb.animation, animation(verb, input, styled), verb.common);
   if (verb.output == "-") return;
   if (verb.common.json) {
     fmt::print("{}\n", json.dump(2));
@@ -149,6 +165,8 @@ void add_apply(CLI::App& app) {
   sub->add_option("--report", verb->report, "JSON report to write");
   sub->add_option("--picture", verb->picture,
                   "contact sheet to write (.png or .svg): input above output");
+  sub->add_option("--animate", verb->animation,
+                  "page to write (.html): input beside output, playing in any browser");
   sub->add_flag("--strict", verb->options.strict, "a part that matches no content is an error");
   sub->add_flag("--no-foot-fix", verb->no_foot_fix,
                 "leave feet as they are blended: do not hold them where they touch the ground");
