@@ -135,17 +135,24 @@ StyleSamples StyleSamples::subset(std::span<const int> columns) const {
     for (const int column : chosen)
       result.groups.push_back(groups[static_cast<std::size_t>(column)]);
   }
-  if (weights.size() > 0) result.weights = weights(chosen);
+  if (weights.size() != 0) result.weights = weights(chosen);
   return result;
 }
 
 void StyleSamples::check() const {
   static_cast<void>(component_count(features.rows()));
   if (labels.cols() != features.cols() ||
-      (!groups.empty() && static_cast<Eigen::Index>(groups.size()) != features.cols())) {
-    fail(base::ErrorKind::kData, std::to_string(features.cols()) + " blends with " +
-                                     std::to_string(labels.cols()) + " labels and " +
-                                     std::to_string(groups.size()) + " groups, must be equal");
+      (!groups.empty() && static_cast<Eigen::Index>(groups.size()) != features.cols()) ||
+      (weights.size() != 0 && weights.size() != features.cols())) {
+    fail(base::ErrorKind::kData,
+         std::to_string(features.cols()) + " blends with " + std::to_string(labels.cols()) +
+             " labels, " + std::to_string(groups.size()) + " groups and " +
+             std::to_string(weights.size()) + " weights, must be equal (or no groups, no weights)");
+  }
+  for (const double weight : weights) {
+    if (weight > 0.0 && weight <= 1e300) continue;
+    fail(base::ErrorKind::kData,
+         "weight " + std::to_string(weight) + " of a blend's label, must be > 0 and finite");
   }
   if (weights.size() > 0 &&
       (weights.size() != features.cols() || !weights.allFinite() || !(weights.minCoeff() > 0.0))) {

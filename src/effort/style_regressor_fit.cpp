@@ -40,6 +40,7 @@ class TrainingSet {
   TrainingSet(const StyleSamples& samples, const StyleRegressorOptions& options)
       : options_(options), labels_(samples.labels.transpose()) {
     const Eigen::Index N = samples.features.cols();
+    weights_ = samples.weights.size() == 0 ? Eigen::VectorXd::Ones(N) : samples.weights;
     interpolated_ = linear_interpolation(samples.features).transpose();
     Eigen::MatrixXd both = samples.features;
     if (options.symmetric) {
@@ -58,6 +59,8 @@ class TrainingSet {
   const StyleRegressorOptions& options() const { return options_; }
   const learn::Standardizer& scale() const { return scale_; }
   const Eigen::MatrixXd& labels() const { return labels_; }
+  /// Of the N samples' losses; 1 if none were told.
+  const Eigen::VectorXd& weights() const { return weights_; }
   const Eigen::MatrixXd& interpolated() const { return interpolated_; }
   const Eigen::MatrixXd& standardized() const { return standardized_; }
   const std::vector<int>& folds() const { return folds_; }
@@ -110,6 +113,7 @@ class TrainingSet {
 
   StyleRegressorOptions options_;
   Eigen::MatrixXd labels_;        // N x 3
+  Eigen::VectorXd weights_;       // N
   Eigen::MatrixXd interpolated_;  // N x 3
   learn::Standardizer scale_;
   Eigen::MatrixXd standardized_;  // D x N, or D x 2 N: the samples, then their twins
@@ -124,6 +128,11 @@ class TrainingSet {
 // it made the same 36 choices of 36 and took 1.25 times as long.
 constexpr double kSelectionTolerance = 1e-2;
 constexpr double kFinalTolerance = 1e-3;
+
+double weighted_mean_square(const Eigen::Ref<const Eigen::VectorXd>& values,
+                            const Eigen::VectorXd& weights) {
+  return weights.dot(values.cwiseAbs2()) / weights.sum();
+}
 
 /// A state that predicts 0.
 StyleRegressorState empty_state(const TrainingSet& set, RegressorKind kind) {
@@ -145,7 +154,7 @@ StyleRegressor fit_linear_interpolation(const TrainingSet& set) {
   state.interpolation.setOnes();
   for (int f = 0; f < kFactorCount; ++f) {
     state.fits[static_cast<std::size_t>(f)].held_out_squared_error =
-        (set.labels() - set.interpolated()).col(f).squaredNorm() / static_cast<double>(set.count());
+        weighted_mean_square((set.labels() - set.interpolated()).col(f), set.weights());
   }
   return StyleRegressor(std::move(state));
 }
@@ -156,13 +165,14 @@ StyleRegressor fit_linear(const TrainingSet& set) {
   for (int f = 0; f < kFactorCount; ++f) {
     targets.col(f) = set.for_both(Eigen::VectorXd(set.labels().col(f)));
   }
-  const auto choices =
-      learn::select_linear_ridge(set.standardized(), targets,
-                                 set.options().grid.linear_loss_weights, set.for_both(set.folds()));
+  const auto choices = learn::select_linear_ridge(
+      set.standardized(), targets, set.options().grid.linear_loss_weights,
+      set.for_both(set.folds()), set.for_both(set.weights()));
   for (int f = 0; f < kFactorCount; ++f) {
     const CrossValidationChoice& choice = choices[static_cast<std::size_t>(f)];
-    const learn::LinearRidge model = learn::fit_linear_ridge(set.standardized(), targets.col(f),
-                                                             {.loss_weight = choice.loss_weight});
+    const learn::LinearRidge model =
+        learn::fit_linear_ridge(set.standardized(), targets.col(f),
+                                {.loss_weight = choice.loss_weight}, set.for_both(set.weights()));
     state.weights.row(f) = model.weights.transpose();
     state.offset[f] = model.intercept;
     state.fits[static_cast<std::size_t>(f)] = {.loss_weight = choice.loss_weight,
@@ -177,10 +187,6 @@ struct KernelChoice {
   double loss_weight = 0.0;                                ///< 0: no machine at all
   double score = std::numeric_limits<double>::infinity();  ///< what was minimised
   Eigen::VectorXd held_out;                                ///< residuals of the samples
-
-  double mean_squared_error() const {
-    return held_out.squaredNorm() / static_cast<double>(held_out.size());
-  }
 };
 
 /// How sure an advantage must be before the fifth model acts on it, in standard errors.
@@ -189,22 +195,27 @@ constexpr double kSureness = 1.0;
 /// Upper confidence bound of the change of squared error from `before` to `after`, held-out
 /// residuals of the same samples: mean + kSureness * standard error of the paired differences.
 /// Below 0 the change is an improvement, surely. Samples of one blend (several observers) are one
-/// observation, their mean.
-/// @param blends  number of each sample's blend, 0 .. blend_count - 1.
+/// observation, their weighted mean, which weighs as much as they do on average.
 double surely_at_most(const Eigen::Ref<const Eigen::VectorXd>& before,
-                      const Eigen::Ref<const Eigen::VectorXd>& after,
-                      const std::vector<int>& blends, int blend_count) {
+                      const Eigen::Ref<const Eigen::VectorXd>& after, const TrainingSet& set) {
+  const int blend_count = set.blend_count();
   Eigen::ArrayXd difference = Eigen::ArrayXd::Zero(blend_count);
   Eigen::ArrayXd samples = Eigen::ArrayXd::Zero(blend_count);
+  Eigen::ArrayXd weights = Eigen::ArrayXd::Zero(blend_count);
   for (Eigen::Index n = 0; n < before.size(); ++n) {
-    const int blend = blends[static_cast<std::size_t>(n)];
-    difference[blend] += after[n] * after[n] - before[n] * before[n];
+    const int blend = set.blends()[static_cast<std::size_t>(n)];
+    difference[blend] += set.weights()[n] * (after[n] * after[n] - before[n] * before[n]);
+    weights[blend] += set.weights()[n];
     samples[blend] += 1.0;
   }
-  difference /= samples;
-  const double mean = difference.mean();
-  const double variance = (difference - mean).square().sum() / (blend_count - 1.0);
-  return mean + kSureness * std::sqrt(variance / blend_count);
+  difference /= weights;
+  weights /= samples;
+  weights /= weights.sum();
+  const double mean = (weights * difference).sum();
+  // Of a weighted mean; with equal weights the textbook's variance / count, divisor count - 1.
+  const double variance =
+      (weights * (difference - mean)).square().sum() * blend_count / (blend_count - 1.0);
+  return mean + kSureness * std::sqrt(variance);
 }
 
 /// The kernel ridge models of one training set: one pass over one grid, six targets.
@@ -229,7 +240,8 @@ class KernelRidgeSelection {
         kernels_, targets_, set.options().grid.loss_weights, set.folds(),
         [&](int kernel, double loss_weight, const Eigen::Ref<const Eigen::MatrixXd>& held_out) {
           consider(static_cast<std::size_t>(kernel), loss_weight, held_out);
-        });
+        },
+        set.weights());
     for (const KernelChoice& choice : plain_) {
       if (choice.loss_weight == 0.0) {
         throw base::Error(base::ErrorKind::kNumeric,
@@ -263,7 +275,8 @@ class KernelRidgeSelection {
     };
     for (int f = 0; f < kFactorCount; ++f) {
       const int column = kFactorCount + f;
-      keep_better(plain_[static_cast<std::size_t>(f)], held_out.col(f).squaredNorm(), f);
+      keep_better(plain_[static_cast<std::size_t>(f)],
+                  weighted_mean_square(held_out.col(f), set_.weights()), f);
       keep_better(residual_[static_cast<std::size_t>(f)],
                   bound(targets_.col(column), held_out.col(column)), column);
     }
@@ -271,19 +284,19 @@ class KernelRidgeSelection {
 
   double bound(const Eigen::Ref<const Eigen::VectorXd>& before,
                const Eigen::Ref<const Eigen::VectorXd>& after) const {
-    return surely_at_most(before, after, set_.blends(), set_.blend_count());
+    return surely_at_most(before, after, set_);
   }
 
   void fit_factor(const KernelChoice& choice, const Eigen::VectorXd& y, int f,
                   StyleRegressorState& state) const {
     FactorFit& fit = state.fits[static_cast<std::size_t>(f)];
-    fit.held_out_squared_error = choice.mean_squared_error();
+    fit.held_out_squared_error = weighted_mean_square(choice.held_out, set_.weights());
     if (choice.loss_weight == 0.0) {
       state.signal_variance[f] = y.squaredNorm() / static_cast<double>(y.size());
       return;
     }
     const learn::KernelRidgeSolution solution =
-        learn::solve_kernel_ridge(kernels_[choice.kernel], y, choice.loss_weight);
+        learn::solve_kernel_ridge(kernels_[choice.kernel], y, choice.loss_weight, set_.weights());
     state.coefficients.row(f) = set_.for_both(solution.coefficients).transpose();
     state.offset[f] = solution.offset;
     state.signal_variance[f] = (y.array() - solution.offset).matrix().dot(solution.coefficients) /
@@ -306,7 +319,21 @@ std::vector<double> scaled(const std::vector<double>& values, double factor) {
   return result;
 }
 
+/// The weight of all samples. @throws Error{kUsage} if they differ.
+double common_weight(const TrainingSet& set) {
+  const double least = set.weights().minCoeff(), greatest = set.weights().maxCoeff();
+  if (least != greatest) {
+    throw base::Error(base::ErrorKind::kUsage,
+                      "style regressor: svr with label weights from " + std::to_string(least) +
+                          " to " + std::to_string(greatest) +
+                          " (libsvm's regression weighs all samples alike); choose another "
+                          "regressor or leave the weights out");
+  }
+  return least;
+}
+
 StyleRegressor fit_support_vectors(const TrainingSet& set) {
+  const double weight = common_weight(set);
   StyleRegressorState state = empty_state(set, RegressorKind::kSupportVector);
   give_centers(set, state);
   const RegressorGrid& grid = set.options().grid;
@@ -325,8 +352,8 @@ StyleRegressor fit_support_vectors(const TrainingSet& set) {
                                                      set.folds(), kSelectionTolerance * unit);
     };
     const std::vector<double> epsilons = scaled(grid.svr_epsilons, unit);
-    CrossValidationChoice choice =
-        select(kernels, scaled(grid.svr_loss_weights, unit), {epsilons[epsilons.size() / 2]});
+    CrossValidationChoice choice = select(kernels, scaled(grid.svr_loss_weights, unit * weight),
+                                          {epsilons[epsilons.size() / 2]});
     const auto kernel = static_cast<std::size_t>(choice.kernel);
     choice = select(std::span(kernels).subspan(kernel, 1), {choice.loss_weight}, epsilons);
     const learn::SupportVectorSolution solution =

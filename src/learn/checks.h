@@ -40,6 +40,30 @@ inline void require_targets(const char* place, const Eigen::Ref<const Eigen::Mat
   }
 }
 
+/// Weights of the samples: none (all 1), or one for each, > 0 and finite.
+inline void require_weights(const char* place, const Eigen::Ref<const Eigen::VectorXd>& weights,
+                            Eigen::Index count) {
+  const std::string at(place);
+  if (weights.size() != 0 && weights.size() != count) {
+    throw base::Error(base::ErrorKind::kData, at + ": " + std::to_string(weights.size()) +
+                                                  " weights for " + std::to_string(count) +
+                                                  " samples, one each or none");
+  }
+  for (const double weight : weights) {
+    if (!(weight > 0.0) || weight > 1e300) {
+      throw base::Error(base::ErrorKind::kData, at + ": weight " + std::to_string(weight) +
+                                                    " of a sample (must be > 0 and finite)");
+    }
+  }
+}
+
+/// The weights given, or 1 for each of `count` samples.
+inline Eigen::VectorXd weights_or_ones(const Eigen::Ref<const Eigen::VectorXd>& weights,
+                                       Eigen::Index count) {
+  if (weights.size() == 0) return Eigen::VectorXd::Ones(count);
+  return weights;
+}
+
 inline void require_rows(const char* place, Eigen::Index rows, Eigen::Index expected) {
   if (rows != expected) {
     throw base::Error(base::ErrorKind::kData, std::string(place) + ": samples of " +

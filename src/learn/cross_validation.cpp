@@ -7,6 +7,7 @@
 #include "laban/learn/linear_ridge.h"
 
 #include "learn/checks.h"
+#include "learn/ridge_system.h"
 
 namespace laban::learn {
 namespace {
@@ -44,26 +45,23 @@ std::vector<Fold> list_folds(std::span<const int> folds, Eigen::Index count) {
 
 Eigen::MatrixXd held_out_residuals(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                    const Eigen::Ref<const Eigen::MatrixXd>& targets,
-                                   double loss_weight, const std::vector<Fold>& folds) {
+                                   double loss_weight, const std::vector<Fold>& folds,
+                                   const Eigen::VectorXd& weights) {
   const Eigen::Index count = kernel.rows();
-  Eigen::MatrixXd A = kernel;
-  A.diagonal().array() += 1.0 / loss_weight;
-  const Eigen::LLT<Eigen::MatrixXd> factor(A);
-  if (factor.info() != Eigen::Success) {
-    throw base::Error(base::ErrorKind::kNumeric,
-                      "cross-validation: kernel + ridge " + std::to_string(1.0 / loss_weight) +
-                          " is not positive definite to round-off, lower the loss weight");
-  }
-  // A refit without S solves for y - m 1, m the mean of y outside S. Then its residual on S is
-  // (G_SS)^-1 (G (y - m 1))_S, by block inversion of G^-1 = K + I/U: G_SS^-1 is the Schur
-  // complement of the other samples' block, and G (y - m 1) restricted to S multiplies it.
+  const Eigen::LLT<Eigen::MatrixXd> factor =
+      factorize_ridge_system("cross-validation", kernel, loss_weight, weights);
+  // A refit without S solves for y - m 1, m the weighted mean of y outside S. Then its residual on
+  // S is (G_SS)^-1 (G (y - m 1))_S, by block inversion of G^-1 = K + W^-1/U: G_SS^-1 is the Schur
+  // complement of the other samples' block, and G (y - m 1) restricted to S multiplies it. The
+  // weights of S are in both and cancel.
   const Eigen::MatrixXd G = factor.solve(Eigen::MatrixXd::Identity(count, count));
   const Eigen::MatrixXd Gy = G * targets;
   const Eigen::VectorXd G1 = G.rowwise().sum();
   Eigen::MatrixXd residuals(count, targets.cols());
   for (const Fold& fold : folds) {
     const Indices& S = fold.held_out;
-    const Eigen::RowVectorXd m = targets(fold.rest, Eigen::all).colwise().mean();
+    const Eigen::VectorXd w = weights(fold.rest);
+    const Eigen::RowVectorXd m = w.transpose() * targets(fold.rest, Eigen::all) / w.sum();
     const Eigen::MatrixXd G_SS = G(S, S);
     const Eigen::VectorXd G1_S = G1(S);
     const Eigen::MatrixXd Gy_S = Gy(S, Eigen::all);
@@ -90,10 +88,9 @@ void require_choices(const std::vector<CrossValidationChoice>& choices) {
 }
 
 /// Keeps, for each target, the better of what it has and `candidate` with these residuals.
-void keep_better(const Eigen::Ref<const Eigen::MatrixXd>& residuals,
+void keep_better(const Eigen::Ref<const Eigen::MatrixXd>& residuals, const Eigen::VectorXd& weights,
                  CrossValidationChoice candidate, std::vector<CrossValidationChoice>& best) {
-  const Eigen::RowVectorXd errors =
-      residuals.colwise().squaredNorm() / static_cast<double>(residuals.rows());
+  const Eigen::RowVectorXd errors = weights.transpose() * residuals.cwiseAbs2() / weights.sum();
   for (Eigen::Index target = 0; target < errors.size(); ++target) {
     CrossValidationChoice& kept = best[static_cast<std::size_t>(target)];
     candidate.mean_squared_error = errors[target];
@@ -139,22 +136,28 @@ std::vector<int> assign_folds(int sample_count, int fold_count, base::Rng& rng) 
   return assign_folds(groups, fold_count, rng);
 }
 
-Eigen::MatrixXd kernel_ridge_held_out_residuals(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
-                                                const Eigen::Ref<const Eigen::MatrixXd>& targets,
-                                                double loss_weight, std::span<const int> folds) {
+Eigen::MatrixXd kernel_ridge_held_out_residuals(
+    const Eigen::Ref<const Eigen::MatrixXd>& kernel,
+    const Eigen::Ref<const Eigen::MatrixXd>& targets, double loss_weight,
+    std::span<const int> folds, const Eigen::Ref<const Eigen::VectorXd>& sample_weights) {
   require_samples("kernel_ridge_held_out_residuals", kernel);
   require_rows("kernel_ridge_held_out_residuals", kernel.rows(), kernel.cols());
   require_targets("kernel_ridge_held_out_residuals", targets, kernel.rows());
-  return held_out_residuals(kernel, targets, loss_weight, list_folds(folds, kernel.rows()));
+  require_weights("kernel_ridge_held_out_residuals", sample_weights, kernel.rows());
+  return held_out_residuals(kernel, targets, loss_weight, list_folds(folds, kernel.rows()),
+                            weights_or_ones(sample_weights, kernel.rows()));
 }
 
 void visit_kernel_ridge_grid(std::span<const Eigen::MatrixXd> kernels,
                              const Eigen::Ref<const Eigen::MatrixXd>& targets,
                              std::span<const double> loss_weights, std::span<const int> folds,
-                             const HeldOutVisitor& visit) {
+                             const HeldOutVisitor& visit,
+                             const Eigen::Ref<const Eigen::VectorXd>& sample_weights) {
   require_offered(kernels, "kernel");
   require_offered(loss_weights, "loss weight");
   const std::vector<Fold> fold_list = list_folds(folds, targets.rows());
+  require_weights("visit_kernel_ridge_grid", sample_weights, targets.rows());
+  const Eigen::VectorXd weights = weights_or_ones(sample_weights, targets.rows());
   for (std::size_t k = 0; k < kernels.size(); ++k) {
     require_samples("visit_kernel_ridge_grid", kernels[k]);
     require_rows("visit_kernel_ridge_grid", kernels[k].rows(), kernels[k].cols());
@@ -162,7 +165,7 @@ void visit_kernel_ridge_grid(std::span<const Eigen::MatrixXd> kernels,
     for (const double loss_weight : loss_weights) {
       Eigen::MatrixXd residuals;
       try {
-        residuals = held_out_residuals(kernels[k], targets, loss_weight, fold_list);
+        residuals = held_out_residuals(kernels[k], targets, loss_weight, fold_list, weights);
       } catch (const base::Error& error) {
         if (error.kind() != base::ErrorKind::kNumeric) throw;
         continue;
@@ -174,23 +177,29 @@ void visit_kernel_ridge_grid(std::span<const Eigen::MatrixXd> kernels,
 
 std::vector<CrossValidationChoice> select_kernel_ridge(
     std::span<const Eigen::MatrixXd> kernels, const Eigen::Ref<const Eigen::MatrixXd>& targets,
-    std::span<const double> loss_weights, std::span<const int> folds) {
+    std::span<const double> loss_weights, std::span<const int> folds,
+    const Eigen::Ref<const Eigen::VectorXd>& sample_weights) {
   std::vector<CrossValidationChoice> best = no_choices(targets.cols());
-  visit_kernel_ridge_grid(kernels, targets, loss_weights, folds,
-                          [&](int kernel, double loss_weight, const auto& residuals) {
-                            keep_better(residuals, {.kernel = kernel, .loss_weight = loss_weight},
-                                        best);
-                          });
+  const Eigen::VectorXd weights = weights_or_ones(sample_weights, targets.rows());
+  visit_kernel_ridge_grid(
+      kernels, targets, loss_weights, folds,
+      [&](int kernel, double loss_weight, const auto& residuals) {
+        keep_better(residuals, weights, {.kernel = kernel, .loss_weight = loss_weight}, best);
+      },
+      sample_weights);
   require_choices(best);
   return best;
 }
 
 std::vector<CrossValidationChoice> select_linear_ridge(
     const Eigen::Ref<const Eigen::MatrixXd>& x, const Eigen::Ref<const Eigen::MatrixXd>& targets,
-    std::span<const double> loss_weights, std::span<const int> folds) {
+    std::span<const double> loss_weights, std::span<const int> folds,
+    const Eigen::Ref<const Eigen::VectorXd>& sample_weights) {
   require_offered(loss_weights, "loss weight");
   require_samples("select_linear_ridge", x);
   require_targets("select_linear_ridge", targets, x.cols());
+  require_weights("select_linear_ridge", sample_weights, x.cols());
+  const Eigen::VectorXd weights = weights_or_ones(sample_weights, x.cols());
   const std::vector<Fold> fold_list = list_folds(folds, x.cols());
   std::vector<CrossValidationChoice> best = no_choices(targets.cols());
   for (const double loss_weight : loss_weights) {
@@ -201,11 +210,11 @@ std::vector<CrossValidationChoice> select_linear_ridge(
       for (Eigen::Index target = 0; target < targets.cols(); ++target) {
         const Eigen::VectorXd y = targets.col(target);
         const LinearRidge model =
-            fit_linear_ridge(train, y(fold.rest), {.loss_weight = loss_weight});
+            fit_linear_ridge(train, y(fold.rest), {.loss_weight = loss_weight}, weights(fold.rest));
         residuals(fold.held_out, target) = y(fold.held_out) - model.predict(test);
       }
     }
-    keep_better(residuals, {.loss_weight = loss_weight}, best);
+    keep_better(residuals, weights, {.loss_weight = loss_weight}, best);
   }
   require_choices(best);
   return best;
@@ -233,7 +242,7 @@ CrossValidationChoice select_support_vector_regression(std::span<const SupportVe
           residuals(fold.held_out, 0) =
               y(fold.held_out) - kernels[k].predict(fold.rest, solution, fold.held_out);
         }
-        keep_better(residuals,
+        keep_better(residuals, Eigen::VectorXd::Ones(y.size()),
                     {.kernel = static_cast<int>(k), .loss_weight = loss_weight, .epsilon = epsilon},
                     best);
       }

@@ -1,25 +1,9 @@
 #include "laban/learn/kernel_ridge.h"
 
 #include "learn/checks.h"
+#include "learn/ridge_system.h"
 
 namespace laban::learn {
-namespace {
-
-/// Cholesky factor of kernel + I / U.
-Eigen::LLT<Eigen::MatrixXd> factorize(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
-                                      double loss_weight) {
-  Eigen::MatrixXd A = kernel;
-  A.diagonal().array() += 1.0 / loss_weight;
-  Eigen::LLT<Eigen::MatrixXd> factor(A);
-  if (factor.info() != Eigen::Success) {
-    throw base::Error(base::ErrorKind::kNumeric,
-                      "kernel ridge: kernel + ridge " + std::to_string(1.0 / loss_weight) +
-                          " is not positive definite to round-off, lower the loss weight");
-  }
-  return factor;
-}
-
-}  // namespace
 
 std::vector<std::string> KernelRidgeOptions::problems() const {
   std::vector<std::string> problems;
@@ -30,26 +14,35 @@ std::vector<std::string> KernelRidgeOptions::problems() const {
 
 KernelRidgeSolution solve_kernel_ridge(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                        const Eigen::Ref<const Eigen::VectorXd>& y,
-                                       double loss_weight) {
+                                       double loss_weight,
+                                       const Eigen::Ref<const Eigen::VectorXd>& sample_weights) {
   require_valid(KernelRidgeOptions{.width = 1.0, .loss_weight = loss_weight}.problems());
   require_samples("solve_kernel_ridge", kernel);
   require_rows("solve_kernel_ridge", kernel.rows(), kernel.cols());
   require_targets("solve_kernel_ridge", y, kernel.rows());
+  require_weights("solve_kernel_ridge", sample_weights, kernel.rows());
+  const Eigen::VectorXd w = weights_or_ones(sample_weights, kernel.rows());
   KernelRidgeSolution result;
-  result.offset = y.mean();
-  result.coefficients = factorize(kernel, loss_weight).solve((y.array() - result.offset).matrix());
+  result.offset = y.dot(w) / w.sum();
+  result.coefficients = factorize_ridge_system("kernel ridge", kernel, loss_weight, w)
+                            .solve((y.array() - result.offset).matrix());
   return result;
 }
 
 KernelRidge::KernelRidge(const Eigen::Ref<const Eigen::MatrixXd>& x,
                          const Eigen::Ref<const Eigen::VectorXd>& y,
-                         const KernelRidgeOptions& options) {
+                         const KernelRidgeOptions& options,
+                         const Eigen::Ref<const Eigen::VectorXd>& sample_weights) {
   require_valid(options.problems());
   require_samples("fit_kernel_ridge", x);
   require_targets("fit_kernel_ridge", y, x.cols());
-  const double mean = y.mean();
+  require_weights("fit_kernel_ridge", sample_weights, x.cols());
+  const Eigen::VectorXd w = weights_or_ones(sample_weights, x.cols());
+  const double mean = y.dot(w) / w.sum();
   const Eigen::VectorXd centered = y.array() - mean;
-  factor_ = factorize(gaussian_kernel(squared_distances(x, x), options.width), options.loss_weight);
+  factor_ = factorize_ridge_system("kernel ridge",
+                                   gaussian_kernel(squared_distances(x, x), options.width),
+                                   options.loss_weight, w);
   expansion_ = {x, factor_.solve(centered), options.width, mean};
   signal_variance_ = centered.dot(expansion_.coefficients) / static_cast<double>(x.cols());
 }
@@ -70,8 +63,9 @@ KernelRidgePrediction KernelRidge::predict_with_variance(
 
 KernelRidge fit_kernel_ridge(const Eigen::Ref<const Eigen::MatrixXd>& x,
                              const Eigen::Ref<const Eigen::VectorXd>& y,
-                             const KernelRidgeOptions& options) {
-  return KernelRidge(x, y, options);
+                             const KernelRidgeOptions& options,
+                             const Eigen::Ref<const Eigen::VectorXd>& sample_weights) {
+  return KernelRidge(x, y, options, sample_weights);
 }
 
 }  // namespace laban::learn

@@ -128,6 +128,81 @@ TEST(StyleRegressor, IsTheLearnersPredictionInThePapersProtocol) {
   EXPECT_GT(corrected, 0);
 }
 
+TEST(StyleSamples, SubsetsKeepTheirWeightsAndWeightsAreChecked) {
+  StyleSamples samples = some_blends(5);
+  samples.weights = Eigen::VectorXd::LinSpaced(5, 0.1, 0.5);
+  const std::vector<int> chosen = {4, 1};
+  EXPECT_EQ(samples.subset(chosen).weights, samples.weights(chosen));
+  EXPECT_NO_THROW(samples.check());
+  samples.weights[2] = 0.0;
+  EXPECT_THROW(samples.check(), base::Error);
+  samples.weights[2] = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(samples.check(), base::Error);
+  samples.weights = Eigen::VectorXd::Ones(4);
+  EXPECT_THROW(samples.check(), base::Error);
+}
+
+// Oracle: the weighted learners of `learn` with the parameters that were chosen.
+TEST(StyleRegressor, WeighsTheLossesOfItsSamples) {
+  StyleSamples samples = some_blends(60);
+  base::Rng rng(2);
+  samples.weights.resize(60);
+  for (double& weight : samples.weights) weight = rng.uniform(0.05, 1.0);
+  const StyleSamples other = some_blends(10, 2);
+  const StyleRegressorOptions options{.symmetric = false, .grid = small_grid()};
+  const auto linear = fit_style_regressor(samples, RegressorKind::kLinearRidge, options);
+  const auto kernel = fit_style_regressor(samples, RegressorKind::kKernelRidge, options);
+  const learn::Standardizer scale = learn::fit_standardizer(samples.features);
+  const Eigen::MatrixXd x = scale.apply(samples.features), q = scale.apply(other.features);
+  for (int f = 0; f < kFactorCount; ++f) {
+    const Eigen::VectorXd y = samples.labels.row(f).transpose();
+    const FactorFit& fit = kernel.fits()[static_cast<std::size_t>(f)];
+    const Eigen::VectorXd expected_kernel =
+        learn::fit_kernel_ridge(x, y, {.width = fit.width, .loss_weight = fit.loss_weight},
+                                samples.weights)
+            .predict(q);
+    const Eigen::VectorXd expected_linear =
+        learn::fit_linear_ridge(
+            x, y, {.loss_weight = linear.fits()[static_cast<std::size_t>(f)].loss_weight},
+            samples.weights)
+            .predict(q);
+    EXPECT_LT((kernel.predict(other.features).row(f).transpose() - expected_kernel).norm(), 1e-9);
+    EXPECT_LT((linear.predict(other.features).row(f).transpose() - expected_linear).norm(), 1e-9);
+  }
+}
+
+TEST(StyleRegressor, EqualWeightsOfOneChangeNothing) {
+  StyleSamples samples = some_blends(40);
+  const Eigen::MatrixXd z = some_blends(10, 2).features;
+  const auto plain = fit_style_regressors(samples, kRegressors, {.grid = small_grid()});
+  samples.weights = Eigen::VectorXd::Ones(40);
+  const auto weighted = fit_style_regressors(samples, kRegressors, {.grid = small_grid()});
+  for (std::size_t m = 0; m < plain.size(); ++m) {
+    EXPECT_EQ(plain[m].predict(z), weighted[m].predict(z)) << name_of(plain[m].kind());
+  }
+}
+
+TEST(StyleRegressor, SupportVectorRegressionRefusesDifferentWeightsAndScalesByEqualOnes) {
+  StyleSamples samples = some_blends(20);
+  const Eigen::MatrixXd z = some_blends(10, 2).features;
+  samples.weights = Eigen::VectorXd::Constant(20, 0.5);
+  RegressorGrid grid = small_grid();
+  grid.svr_loss_weights = {2.0};
+  const auto halves = fit_style_regressor(samples, RegressorKind::kSupportVector, {.grid = grid});
+  samples.weights.resize(0);
+  grid.svr_loss_weights = {1.0};
+  const auto plain = fit_style_regressor(samples, RegressorKind::kSupportVector, {.grid = grid});
+  EXPECT_EQ(halves.predict(z), plain.predict(z));
+  samples.weights = Eigen::VectorXd::LinSpaced(20, 0.1, 1.0);
+  try {
+    (void)fit_style_regressor(samples, RegressorKind::kSupportVector, {.grid = grid});
+    FAIL();
+  } catch (const base::Error& error) {
+    EXPECT_EQ(error.kind(), base::ErrorKind::kUsage);
+    EXPECT_THAT(error.what(), testing::HasSubstr("svr with label weights from 0.1"));
+  }
+}
+
 TEST(StyleRegressor, SymmetricModelsDoNotDependOnTheOrder) {
   const StyleSamples samples = some_blends(40);
   const Eigen::MatrixXd z = some_blends(25, 2).features;

@@ -85,6 +85,82 @@ TEST(KernelRidgeHeldOutResiduals, EqualExplicitRefits) {
   }
 }
 
+// Oracle: the weighted model refitted without each fold.
+TEST(KernelRidgeHeldOutResiduals, EqualExplicitRefitsWithWeights) {
+  base::Rng rng(5);
+  for (int trial = 0; trial < 10; ++trial) {
+    SCOPED_TRACE(trial);
+    const int count = 6 + rng.index(40);
+    Eigen::MatrixXd x(3, count), targets(count, 1);
+    Eigen::VectorXd weights(count);
+    for (double& value : x.reshaped()) value = rng.normal();
+    for (double& value : targets.reshaped()) value = 5.0 + rng.normal();
+    for (double& value : weights) value = rng.uniform(0.1, 3.0);
+    const KernelRidgeOptions options{.width = rng.uniform(0.5, 3.0),
+                                     .loss_weight = std::pow(10.0, rng.uniform(-2.0, 2.0))};
+    const std::vector<int> folds = assign_folds(count, 2 + rng.index(9), rng);
+    const Eigen::MatrixXd fast =
+        kernel_ridge_held_out_residuals(gaussian_kernel(squared_distances(x, x), options.width),
+                                        targets, options.loss_weight, folds, weights);
+    for (int fold = 0; fold < 11; ++fold) {
+      const std::vector<int> held_out = others(folds, fold, true);
+      const std::vector<int> rest = others(folds, fold, false);
+      if (held_out.empty()) continue;
+      const Eigen::VectorXd y = targets.col(0);
+      const KernelRidge refit =
+          fit_kernel_ridge(x(Eigen::all, rest), y(rest), options, weights(rest));
+      const Eigen::VectorXd slow = y(held_out) - refit.predict(x(Eigen::all, held_out));
+      // Condition number up to 1e2 * 3 * count.
+      EXPECT_LT((fast(held_out, 0) - slow).norm(), 1e-9);
+    }
+  }
+}
+
+/// Columns 0 .. count - 1, each as often as its weight says.
+std::vector<int> repeated(const Eigen::VectorXd& weights) {
+  std::vector<int> columns;
+  for (int n = 0; n < static_cast<int>(weights.size()); ++n) {
+    columns.insert(columns.end(), static_cast<std::size_t>(weights[n]), n);
+  }
+  return columns;
+}
+
+TEST(SelectRidge, AWeightOfKIsTheSampleGivenKTimesInItsFold) {
+  const ReferenceSamples data = reference_samples();
+  base::Rng rng(3);
+  Eigen::VectorXd weights(24);
+  for (double& weight : weights) weight = 1.0 + rng.index(3);
+  const std::vector<int> copies = repeated(weights);
+  const std::vector<int> folds = assign_folds(24, 6, rng);
+  std::vector<int> copied_folds;
+  for (const int column : copies) copied_folds.push_back(folds[static_cast<std::size_t>(column)]);
+  const Eigen::MatrixXd y = data.y, x = data.x;
+  const Eigen::MatrixXd copied_x = x(Eigen::all, copies), copied_y = y(copies, Eigen::all);
+  const std::vector<double> loss_weights = {0.1, 1.0, 10.0};
+
+  const auto kernels = [](const Eigen::MatrixXd& samples) {
+    std::vector<Eigen::MatrixXd> result;
+    for (const double width : {0.2, 0.8, 3.0}) {
+      result.push_back(gaussian_kernel(squared_distances(samples, samples), width));
+    }
+    return result;
+  };
+  const auto ours = select_kernel_ridge(kernels(x), y, loss_weights, folds, weights).front();
+  const auto copied =
+      select_kernel_ridge(kernels(copied_x), copied_y, loss_weights, copied_folds).front();
+  EXPECT_EQ(ours.kernel, copied.kernel);
+  EXPECT_EQ(ours.loss_weight, copied.loss_weight);
+  EXPECT_NEAR(ours.mean_squared_error, copied.mean_squared_error, 1e-10);
+  const auto unweighted = select_kernel_ridge(kernels(x), y, loss_weights, folds).front();
+  EXPECT_GT(std::abs(ours.mean_squared_error - unweighted.mean_squared_error), 1e-4);
+
+  const auto linear = select_linear_ridge(x, y, loss_weights, folds, weights).front();
+  const auto copied_linear =
+      select_linear_ridge(copied_x, copied_y, loss_weights, copied_folds).front();
+  EXPECT_EQ(linear.loss_weight, copied_linear.loss_weight);
+  EXPECT_NEAR(linear.mean_squared_error, copied_linear.mean_squared_error, 1e-10);
+}
+
 TEST(KernelRidgeHeldOutResiduals, RefuseOneFoldAndWrongSizes) {
   const Eigen::MatrixXd K = Eigen::MatrixXd::Identity(3, 3);
   const Eigen::MatrixXd y = Eigen::MatrixXd::Ones(3, 1);

@@ -1,5 +1,7 @@
 #include "laban/learn/kernel_ridge.h"
 
+#include <numeric>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -101,6 +103,40 @@ TEST(KernelRidge, IsSureAtSamplesAndKnowsNothingFarAway) {
   const KernelRidgePrediction far =
       model.predict_with_variance(Eigen::MatrixXd::Constant(3, 1, 1e3));
   EXPECT_GT(far.standard_deviation[0], 0.1);
+}
+
+TEST(KernelRidge, AWeightOfKIsTheSampleGivenKTimes) {
+  const ReferenceSamples data = reference_samples();
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(24);
+  weights[3] = 2.0;
+  weights[10] = 3.0;
+  std::vector<int> columns(24);
+  std::iota(columns.begin(), columns.end(), 0);
+  columns.insert(columns.end(), {3, 10, 10});
+  const KernelRidgeOptions options{.width = 0.8, .loss_weight = 5.0};
+  const Eigen::VectorXd weighted =
+      fit_kernel_ridge(data.x, data.y, options, weights).predict(data.queries);
+  const Eigen::VectorXd repeated =
+      fit_kernel_ridge(data.x(Eigen::all, columns), data.y(columns), options).predict(data.queries);
+  EXPECT_LT((weighted - repeated).norm(), 1e-12);
+  EXPECT_GT((weighted - fit_kernel_ridge(data.x, data.y, options).predict(data.queries)).norm(),
+            1e-3);
+}
+
+TEST(KernelRidge, EqualWeightsScaleTheLossWeight) {
+  const ReferenceSamples data = reference_samples();
+  const Eigen::VectorXd halves = Eigen::VectorXd::Constant(24, 0.5);
+  const auto predicted = [&](double loss_weight, const Eigen::VectorXd& weights) {
+    return fit_kernel_ridge(data.x, data.y, {.width = 0.8, .loss_weight = loss_weight}, weights)
+        .predict(data.queries);
+  };
+  EXPECT_LT((predicted(10.0, halves) - predicted(5.0, Eigen::VectorXd())).norm(), 1e-12);
+}
+
+TEST(KernelRidge, RefusesWeightsThatAreNone) {
+  const ReferenceSamples data = reference_samples();
+  EXPECT_THROW((void)fit_kernel_ridge(data.x, data.y, {}, Eigen::VectorXd::Zero(24)), base::Error);
+  EXPECT_THROW((void)fit_kernel_ridge(data.x, data.y, {}, Eigen::VectorXd::Ones(3)), base::Error);
 }
 
 TEST(KernelRidge, SaysWhenItsSystemDoesNotSolve) {

@@ -1,5 +1,7 @@
 #include "laban/learn/linear_ridge.h"
 
+#include <numeric>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -50,6 +52,23 @@ TEST(LinearRidge, PredictsTheMeanFromOneSampleAndFromConstantFeatures) {
   const Eigen::Vector2d y(1.0, 3.0);
   const LinearRidge flat = fit_linear_ridge(Eigen::MatrixXd::Ones(2, 2), y);
   EXPECT_DOUBLE_EQ(flat.predict(Eigen::MatrixXd::Constant(2, 1, 9.0))[0], 2.0);
+}
+
+TEST(LinearRidge, AWeightOfKIsTheSampleGivenKTimes) {
+  const ReferenceSamples data = reference_samples();
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(24);
+  weights[3] = 2.0;
+  weights[10] = 3.0;
+  std::vector<int> columns(24);
+  std::iota(columns.begin(), columns.end(), 0);
+  columns.insert(columns.end(), {3, 10, 10});
+  const LinearRidge weighted = fit_linear_ridge(data.x, data.y, {.loss_weight = 4.0}, weights);
+  const LinearRidge repeated =
+      fit_linear_ridge(data.x(Eigen::all, columns), data.y(columns), {.loss_weight = 4.0});
+  EXPECT_LT((weighted.weights - repeated.weights).norm(), 1e-12);
+  EXPECT_NEAR(weighted.intercept, repeated.intercept, 1e-12);
+  const LinearRidge unweighted = fit_linear_ridge(data.x, data.y, {.loss_weight = 4.0});
+  EXPECT_GT((weighted.weights - unweighted.weights).norm(), 1e-3);
 }
 
 TEST(LinearRidge, NamesTheOptionAndTheSizesItRefuses) {

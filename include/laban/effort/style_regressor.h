@@ -63,15 +63,16 @@ struct StyleSamples {
   /// One label a column: columns of one group (one blend judged by several observers) stay together
   /// in every fold and split. Empty: each column by itself.
   std::vector<int> groups;
-  /// How much each column counts, > 0; empty: all 1. A squared (or epsilon-insensitive) error is
-  /// multiplied by it.
+  /// Weight of each column's squared error, > 0: how far its label is trusted (a label's
+  /// confidence). Empty: all 1. A column of weight 2 pulls as two equal ones would. Weights say
+  /// nothing of the features: these are standardized alike.
   Eigen::VectorXd weights;
 
   [[nodiscard]] int count() const noexcept { return static_cast<int>(features.cols()); }
   /// The chosen columns, in that order.
   [[nodiscard]] StyleSamples subset(std::span<const int> columns) const;
-  /// @throws Error{kData} unless sizes agree, D is a feature_count, all values are finite and weights
-  ///         are > 0.
+  /// @throws Error{kData} unless sizes agree, D is a feature_count, all values are finite and
+  ///         weights > 0.
   void check() const;
 };
 
@@ -117,8 +118,8 @@ struct FactorFit {
   double relative_width = 0.0;  ///< the same in median distances
   double loss_weight = 0.0;     ///< U or C (in label units); 0 if there is none
   double epsilon = 0.0;         ///< SVR's tube, in label units
-  /// Pooled tenfold squared error of the choice on the training samples; for linear interpolation,
-  /// which learns nothing, its plain squared error there.
+  /// Pooled tenfold (weighted) squared error of the choice on the training samples; for linear
+  /// interpolation, which learns nothing, its plain squared error there.
   double held_out_squared_error = 0.0;
 };
 
@@ -218,8 +219,12 @@ class StyleRegressor {
 /// ridge where that is surely better still; StyleRegressorState::interpolation tells. This makes a
 /// correction that outliers suggest rarer, not impossible.
 ///
-/// @throws Error{kUsage} if `options` has problems; Error{kData} if samples.check() fails or there
-///         are fewer than 3 samples (or groups); Error{kNumeric} if no grid point solves.
+/// Every learner minimises the weighted loss, U sum_n w_n L(f(z_n) - e_n), and choices are made by
+/// the weighted error. SVR alone can not: libsvm's regression has one C for all samples.
+///
+/// @throws Error{kUsage} if `options` has problems, or for SVR on samples of different weights;
+///         Error{kData} if samples.check() fails or there are fewer than 3 samples (or groups);
+///         Error{kNumeric} if no grid point solves.
 [[nodiscard]] StyleRegressor fit_style_regressor(const StyleSamples& samples, RegressorKind kind,
                                                  const StyleRegressorOptions& options = {});
 
