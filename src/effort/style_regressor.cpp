@@ -5,7 +5,9 @@
 
 #include "laban/learn/gaussian_kernel.h"
 
+#include "effort/averaged_process.h"
 #include "effort/container_arrays.h"
+#include "effort/error_spread.h"
 
 namespace laban::effort {
 namespace {
@@ -47,7 +49,32 @@ void squared_distances_into(const Eigen::MatrixXd& centers, const Eigen::VectorX
 }
 
 bool has_kernel(const StyleRegressorState& state, int factor) {
-  return state.coefficients.cols() > 0 && !state.coefficients.row(factor).isZero(0.0);
+  return state.coefficients.cols() > 0 &&
+         !(state.coefficients.row(factor).isZero(0.0) && state.bulge.row(factor).isZero(0.0));
+}
+
+/// b(alpha) of blends, from the last row of z.
+Eigen::RowVectorXd bulge_row(const Eigen::Ref<const Eigen::MatrixXd>& z) {
+  return bulge_of(z.bottomRows(1)).matrix().transpose();
+}
+
+void keep_in_bounds(const StyleRegressorState& state, Eigen::Matrix3Xd& predictions) {
+  if (state.bounded) predictions = predictions.cwiseMax(kEffortMin).cwiseMin(kEffortMax);
+}
+
+bool sizes_agree(const ErrorSpread& spread, Eigen::Index rows) {
+  return spread.scale.mean.size() == rows && spread.scale.inverse_scale.size() == rows &&
+         spread.centers.rows() == rows && spread.centers.cols() % 2 == 0 &&
+         spread.centers.cols() > 0;
+}
+
+bool is_sound(const ErrorSpread& spread) {
+  return spread.scale.mean.allFinite() && spread.scale.inverse_scale.allFinite() &&
+         spread.centers.allFinite() && spread.width > 0.0 && spread.width <= 1e300 &&
+         spread.bulge_mean_square > 0.0 && spread.bulge_mean_square <= 1e300 &&
+         spread.unit.allFinite() && spread.unit.minCoeff() >= 0.0 &&
+         spread.bulge_share.allFinite() && spread.bulge_share.minCoeff() >= 0.0 &&
+         spread.bulge_share.maxCoeff() <= 1.0;
 }
 
 Eigen::MatrixXd to_matrix(const std::array<FactorFit, kFactorCount>& fits) {
@@ -67,6 +94,19 @@ std::array<FactorFit, kFactorCount> to_fits(const Eigen::MatrixXd& matrix) {
                                            matrix(4, f)};
   }
   return result;
+}
+
+ErrorSpread take_spread(const base::Container& container, const std::string& prefix) {
+  ErrorSpread spread;
+  spread.scale.mean = take_array(container, prefix + ".spread_mean", -1, 1);
+  spread.scale.inverse_scale = take_array(container, prefix + ".spread_inverse_scale", -1, 1);
+  spread.centers = take_array(container, prefix + ".spread_centers", -1, -1);
+  const Eigen::MatrixXd numbers = take_array(container, prefix + ".spread", kFactorCount, 3);
+  spread.unit = numbers.col(0);
+  spread.bulge_share = numbers.col(1);
+  spread.width = numbers(0, 2);
+  spread.bulge_mean_square = numbers(1, 2);
+  return spread;
 }
 
 }  // namespace
@@ -154,12 +194,6 @@ void StyleSamples::check() const {
     fail(base::ErrorKind::kData,
          "weight " + std::to_string(weight) + " of a blend's label, must be > 0 and finite");
   }
-  if (weights.size() > 0 &&
-      (weights.size() != features.cols() || !weights.allFinite() || !(weights.minCoeff() > 0.0))) {
-    fail(base::ErrorKind::kData, std::to_string(weights.size()) + " weights of " +
-                                     std::to_string(features.cols()) +
-                                     " blends, must be one each, finite and > 0");
-  }
   if (!features.allFinite() || !labels.allFinite()) {
     fail(base::ErrorKind::kData, "a feature or label of a blend is not finite, all must be");
   }
@@ -170,15 +204,21 @@ StyleRegressor::StyleRegressor(StyleRegressorState state) : state_(std::move(sta
   static_cast<void>(component_count(rows));
   if (state_.scale.inverse_scale.size() != rows || state_.weights.cols() != rows ||
       state_.centers.cols() != state_.coefficients.cols() ||
+      state_.centers.cols() != state_.bulge.cols() ||
       (state_.centers.cols() > 0 && state_.centers.rows() != rows) ||
-      (state_.symmetric && state_.centers.cols() % 2 != 0)) {
+      (state_.symmetric && state_.centers.cols() % 2 != 0) ||
+      (state_.spread && !sizes_agree(*state_.spread, rows))) {
     fail(base::ErrorKind::kData, "the sizes of its arrays do not agree");
   }
   if (!state_.scale.mean.allFinite() || !state_.scale.inverse_scale.allFinite() ||
       !state_.interpolation.allFinite() || !state_.offset.allFinite() ||
       !state_.weights.allFinite() || !state_.centers.allFinite() ||
-      !state_.coefficients.allFinite() || !state_.signal_variance.allFinite()) {
+      !state_.coefficients.allFinite() || !state_.bulge.allFinite() ||
+      !state_.bulge_offset.allFinite()) {
     fail(base::ErrorKind::kData, "a number of the model is not finite, all must be");
+  }
+  if (state_.spread && !is_sound(*state_.spread)) {
+    fail(base::ErrorKind::kData, "a number of its standard errors is not finite or out of range");
   }
   for (int f = 0; f < kFactorCount; ++f) {
     const double width = state_.fits[static_cast<std::size_t>(f)].width;
@@ -204,13 +244,21 @@ Eigen::Matrix3Xd StyleRegressor::predict(const Eigen::Ref<const Eigen::MatrixXd>
   Eigen::Matrix3Xd result = state_.interpolation.asDiagonal() * linear_interpolation(z);
   result.noalias() += state_.weights * scratch.standardized;
   result.colwise() += state_.offset;
-  if (state_.centers.cols() == 0) return result;
+  const Eigen::RowVectorXd b = bulge_row(z);
+  result.noalias() += state_.bulge_offset * b;
+  if (state_.centers.cols() == 0) {
+    keep_in_bounds(state_, result);
+    return result;
+  }
   squared_distances_into(state_.centers, center_norms_, scratch.standardized, scratch.squared);
   for (int f = 0; f < kFactorCount; ++f) {
     if (!has_kernel(state_, f)) continue;
     apply_gaussian(scratch.squared, state_.fits[static_cast<std::size_t>(f)].width, scratch.kernel);
     result.row(f).noalias() += state_.coefficients.row(f) * scratch.kernel;
+    if (state_.bulge.row(f).isZero(0.0)) continue;
+    result.row(f) += b.cwiseProduct(state_.bulge.row(f) * scratch.kernel);
   }
+  keep_in_bounds(state_, result);
   return result;
 }
 
@@ -239,12 +287,16 @@ Eigen::Matrix3Xd StyleRegressor::predict_curves(const Eigen::Ref<const Eigen::Ma
   const Eigen::Matrix3Xd start = linear_part(ends);
   ends.bottomRows(1).setOnes();
   const Eigen::Matrix3Xd slope = linear_part(ends) - start;
+  const Eigen::RowVectorXd b = bulge_of(alpha).matrix().transpose();
   Eigen::Matrix3Xd result(kFactorCount, P * M);
   for (Eigen::Index p = 0; p < P; ++p) {
-    result.middleCols(p * M, M) = slope.col(p) * alpha;
+    result.middleCols(p * M, M) = slope.col(p) * alpha + state_.bulge_offset * b;
     result.middleCols(p * M, M).colwise() += start.col(p);
   }
-  if (state_.centers.cols() == 0) return result;
+  if (state_.centers.cols() == 0) {
+    keep_in_bounds(state_, result);
+    return result;
+  }
 
   // |s(z) - x_n|^2 = (all rows but the last: fixed by the pair) + (the last: fixed by alpha).
   scratch.standardized.bottomRows(1).setZero();
@@ -260,61 +312,48 @@ Eigen::Matrix3Xd StyleRegressor::predict_curves(const Eigen::Ref<const Eigen::Ma
     const double width = state_.fits[static_cast<std::size_t>(f)].width;
     apply_gaussian(scratch.squared, width, scratch.kernel);
     apply_gaussian(alpha_squared, width, along_alpha);
-    along_alpha.array().colwise() *= state_.coefficients.row(f).transpose().array();
+    along_alpha.array() *=
+        ((state_.bulge.row(f).transpose() * b).colwise() + state_.coefficients.row(f).transpose())
+            .array();
     curves.noalias() = along_alpha.transpose() * scratch.kernel;  // M x P
     result.row(f) += curves.reshaped().transpose();
   }
+  keep_in_bounds(state_, result);
   return result;
 }
 
 std::optional<StylePrediction> StyleRegressor::predict_with_error(
     const Eigen::Ref<const Eigen::MatrixXd>& z) const {
-  if (state_.kind != RegressorKind::kKernelRidge &&
-      state_.kind != RegressorKind::kResidualKernelRidge) {
-    return std::nullopt;
-  }
-  StyleScratch scratch;
   StylePrediction result;
-  result.mean = predict(z, scratch);
+  result.mean = predict(z);
   result.standard_error.resize(kFactorCount, z.cols());
-  // The prior covariance of a symmetric model is k(z, w) + k(z, w told from the other end), so that
-  // a sample and its twin are one. Their centers are n and n + N.
-  const Eigen::Index N = state_.symmetric ? state_.centers.cols() / 2 : state_.centers.cols();
-  const Eigen::MatrixXd centers_squared =
-      learn::squared_distances(state_.centers, state_.centers.leftCols(N));
-  const Eigen::MatrixXd twin = state_.scale.apply(swap_order(z));
-  const Eigen::RowVectorXd twin_squared = (scratch.standardized - twin).colwise().squaredNorm();
+  if (!state_.spread) {
+    for (int f = 0; f < kFactorCount; ++f) {
+      result.standard_error.row(f).setConstant(
+          std::sqrt(state_.fits[static_cast<std::size_t>(f)].held_out_squared_error));
+    }
+    return result;
+  }
+  const ErrorSpread& spread = *state_.spread;
+  const Eigen::ArrayXd novelty =
+      1.0 + unexplained_share(spread.centers, spread.scale.apply(z),
+                              spread.scale.apply(swap_order(z)), spread.width)
+                .array();
+  const Eigen::ArrayXd b = bulge_row(z).transpose();
   for (int f = 0; f < kFactorCount; ++f) {
-    const FactorFit& fit = state_.fits[static_cast<std::size_t>(f)];
-    if (fit.loss_weight == 0.0) {  // no machine: all that interpolation missed is left unexplained
-      result.standard_error.row(f).setConstant(std::sqrt(state_.signal_variance[f]));
-      continue;
-    }
-    Eigen::MatrixXd K = learn::gaussian_kernel(centers_squared, fit.width);
-    Eigen::MatrixXd k = learn::gaussian_kernel(scratch.squared, fit.width);
-    Eigen::RowVectorXd prior = Eigen::RowVectorXd::Ones(z.cols());
-    if (state_.symmetric) {
-      K.topRows(N) += K.bottomRows(N).eval();
-      k.topRows(N) += k.bottomRows(N).eval();
-      prior += learn::gaussian_kernel(twin_squared, fit.width);
-    }
-    Eigen::MatrixXd A = K.topRows(N);
-    A.diagonal().array() += 1.0 / fit.loss_weight;
-    const Eigen::LLT<Eigen::MatrixXd> factor(A);
-    if (factor.info() != Eigen::Success) {
-      fail(base::ErrorKind::kNumeric, "kernel + ridge is not positive definite to round-off");
-    }
-    const Eigen::RowVectorXd explained =
-        factor.matrixL().solve(k.topRows(N)).colwise().squaredNorm();
-    result.standard_error.row(f) =
-        (state_.signal_variance[f] * (prior - explained).array().max(0.0)).sqrt();
+    const Eigen::ArrayXd shape =
+        spread_shape(b, novelty, spread.bulge_share[f], spread.bulge_mean_square);
+    result.standard_error.row(f) = (spread.unit[f] * shape).matrix().transpose();
   }
   return result;
 }
 
 void StyleRegressor::save(base::Container& container, const std::string& prefix) const {
+  // Three numbers: laban 0.1's first models had two, no bulge and no spread; a program that knows
+  // only those refuses three, instead of predicting without what it does not know.
   put_array(container, prefix + ".form",
-            Eigen::Vector2d(static_cast<double>(state_.kind), state_.symmetric ? 1.0 : 0.0));
+            Eigen::Vector3d(static_cast<double>(state_.kind), state_.symmetric ? 1.0 : 0.0,
+                            state_.bounded ? 1.0 : 0.0));
   put_array(container, prefix + ".mean", state_.scale.mean);
   put_array(container, prefix + ".inverse_scale", state_.scale.inverse_scale);
   put_array(container, prefix + ".interpolation", state_.interpolation);
@@ -322,12 +361,27 @@ void StyleRegressor::save(base::Container& container, const std::string& prefix)
   put_array(container, prefix + ".weights", state_.weights);
   put_array(container, prefix + ".centers", state_.centers);
   put_array(container, prefix + ".coefficients", state_.coefficients);
-  put_array(container, prefix + ".signal_variance", state_.signal_variance);
+  put_array(container, prefix + ".bulge_offset", state_.bulge_offset);
+  put_array(container, prefix + ".bulge", state_.bulge);
   put_array(container, prefix + ".fits", to_matrix(state_.fits));
+  if (!state_.spread) return;
+  const ErrorSpread& spread = *state_.spread;
+  put_array(container, prefix + ".spread_mean", spread.scale.mean);
+  put_array(container, prefix + ".spread_inverse_scale", spread.scale.inverse_scale);
+  put_array(container, prefix + ".spread_centers", spread.centers);
+  Eigen::Matrix<double, kFactorCount, 3> numbers;
+  numbers << spread.unit, spread.bulge_share,
+      Eigen::Vector3d(spread.width, spread.bulge_mean_square, 0.0);
+  put_array(container, prefix + ".spread", numbers);
 }
 
 StyleRegressor StyleRegressor::load(const base::Container& container, const std::string& prefix) {
-  const Eigen::MatrixXd form = take_array(container, prefix + ".form", 2, 1);
+  const Eigen::MatrixXd form = take_array(container, prefix + ".form", -1, 1);
+  if (form.rows() != 2 && form.rows() != 3) {
+    fail(base::ErrorKind::kFormat, "model array " + prefix + ".form: " +
+                                       std::to_string(form.rows()) + " numbers, must be 2 or 3");
+  }
+  const bool is_first_version = form.rows() == 2;
   const double kind = form(0, 0);
   if (!(kind >= 0.0 && kind < kRegressorCount)) {
     fail(base::ErrorKind::kFormat, "model array " + prefix + ".form: regressor " +
@@ -344,7 +398,16 @@ StyleRegressor StyleRegressor::load(const base::Container& container, const std:
   state.weights = take_array(container, prefix + ".weights", kFactorCount, -1);
   state.centers = take_array(container, prefix + ".centers", -1, -1);
   state.coefficients = take_array(container, prefix + ".coefficients", kFactorCount, -1);
-  state.signal_variance = take_array(container, prefix + ".signal_variance", kFactorCount, 1);
+  if (is_first_version) {
+    state.bulge = Eigen::Matrix3Xd::Zero(kFactorCount, state.coefficients.cols());
+  } else {
+    state.bounded = form(2, 0) != 0.0;
+    state.bulge_offset = take_array(container, prefix + ".bulge_offset", kFactorCount, 1);
+    state.bulge = take_array(container, prefix + ".bulge", kFactorCount, -1);
+  }
+  if (container.arrays.contains(prefix + ".spread")) {
+    state.spread = take_spread(container, prefix);
+  }
   state.fits = to_fits(take_array(container, prefix + ".fits", 5, kFactorCount));
   try {
     return StyleRegressor(std::move(state));

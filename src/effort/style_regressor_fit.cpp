@@ -10,6 +10,10 @@
 #include "laban/learn/kernel_ridge.h"
 #include "laban/learn/linear_ridge.h"
 
+#include "effort/averaged_process.h"
+#include "effort/balanced_scale.h"
+#include "effort/error_spread.h"
+
 namespace laban::effort {
 namespace {
 
@@ -37,7 +41,10 @@ void append_grid_problems(const char* name, const std::vector<double>& values, b
 /// an eighth of the work. It does not depend on the order, so there is nothing to average.
 class TrainingSet {
  public:
-  TrainingSet(const StyleSamples& samples, const StyleRegressorOptions& options)
+  /// @param balanced  scales features so that contents, efforts and alpha, as groups, count alike
+  ///                  in distances, instead of each feature by itself.
+  TrainingSet(const StyleSamples& samples, const StyleRegressorOptions& options,
+              bool balanced = false)
       : options_(options), labels_(samples.labels.transpose()) {
     const Eigen::Index N = samples.features.cols();
     weights_ = samples.weights.size() == 0 ? Eigen::VectorXd::Ones(N) : samples.weights;
@@ -47,7 +54,8 @@ class TrainingSet {
       both.conservativeResize(Eigen::NoChange, 2 * N);
       both.rightCols(N) = swap_order(samples.features);
     }
-    scale_ = learn::fit_standardizer(both);
+    scale_ = balanced ? fit_balanced_scale(both) : learn::fit_standardizer(both);
+    alpha_ = samples.features.bottomRows(1);
     standardized_ = scale_.apply(both);
     number_blends(samples);
     base::Rng rng(options.seed);
@@ -63,11 +71,13 @@ class TrainingSet {
   const Eigen::VectorXd& weights() const { return weights_; }
   const Eigen::MatrixXd& interpolated() const { return interpolated_; }
   const Eigen::MatrixXd& standardized() const { return standardized_; }
+  const Eigen::RowVectorXd& alpha() const { return alpha_; }
   const std::vector<int>& folds() const { return folds_; }
   /// Number of each sample's blend, 0 .. blend_count() - 1; samples of one group are one blend.
   const std::vector<int>& blends() const { return blends_; }
   int blend_count() const { return blend_count_; }
   Eigen::Index count() const { return labels_.rows(); }
+  double median() const { return median_; }
   double width(double relative) const { return relative * median_; }
 
   Eigen::MatrixXd kernel(double relative_width) const {
@@ -114,6 +124,7 @@ class TrainingSet {
   StyleRegressorOptions options_;
   Eigen::MatrixXd labels_;        // N x 3
   Eigen::VectorXd weights_;       // N
+  Eigen::RowVectorXd alpha_;      // N
   Eigen::MatrixXd interpolated_;  // N x 3
   learn::Standardizer scale_;
   Eigen::MatrixXd standardized_;  // D x N, or D x 2 N: the samples, then their twins
@@ -147,20 +158,63 @@ StyleRegressorState empty_state(const TrainingSet& set, RegressorKind kind) {
 void give_centers(const TrainingSet& set, StyleRegressorState& state) {
   state.centers = set.standardized();
   state.coefficients = Eigen::Matrix3Xd::Zero(kFactorCount, state.centers.cols());
+  state.bulge = state.coefficients;
 }
 
-StyleRegressor fit_linear_interpolation(const TrainingSet& set) {
-  StyleRegressorState state = empty_state(set, RegressorKind::kLinearInterpolation);
+/// Options of the fifth model and of standard errors, which never depend on the order.
+StyleRegressorOptions in_both_orders(StyleRegressorOptions options) {
+  options.symmetric = true;
+  return options;
+}
+
+/// What the standard errors of all models of one training set share.
+class SpreadFit {
+ public:
+  explicit SpreadFit(const TrainingSet& balanced) : bulge_(bulge_of(balanced.alpha())) {
+    spread_.scale = balanced.scale();
+    spread_.centers = balanced.standardized();
+    spread_.width = balanced.median();
+    spread_.bulge_mean_square = bulge_.square().mean();
+    if (!(spread_.bulge_mean_square > 0.0)) spread_.bulge_mean_square = 1.0;
+    novelty_ = held_out_novelty(spread_.centers, spread_.width, balanced.folds());
+  }
+
+  /// @param held_out  N residuals of each factor.
+  ErrorSpread of(const std::array<Eigen::VectorXd, kFactorCount>& held_out) const {
+    ErrorSpread result = spread_;
+    for (int f = 0; f < kFactorCount; ++f) {
+      fit_spread(bulge_, novelty_, held_out[static_cast<std::size_t>(f)], f, result);
+    }
+    return result;
+  }
+
+ private:
+  Eigen::ArrayXd bulge_;
+  Eigen::ArrayXd novelty_;
+  ErrorSpread spread_;
+};
+
+/// A model without its standard errors, and the held-out residuals that they come from.
+struct Fitted {
+  StyleRegressorState state;
+  std::array<Eigen::VectorXd, kFactorCount> held_out;
+};
+
+Fitted fit_linear_interpolation(const TrainingSet& set) {
+  Fitted fitted{empty_state(set, RegressorKind::kLinearInterpolation), {}};
+  StyleRegressorState& state = fitted.state;
   state.interpolation.setOnes();
   for (int f = 0; f < kFactorCount; ++f) {
     state.fits[static_cast<std::size_t>(f)].held_out_squared_error =
         weighted_mean_square((set.labels() - set.interpolated()).col(f), set.weights());
+    fitted.held_out[static_cast<std::size_t>(f)] = (set.labels() - set.interpolated()).col(f);
   }
-  return StyleRegressor(std::move(state));
+  return fitted;
 }
 
-StyleRegressor fit_linear(const TrainingSet& set) {
-  StyleRegressorState state = empty_state(set, RegressorKind::kLinearRidge);
+Fitted fit_linear(const TrainingSet& set) {
+  Fitted fitted{empty_state(set, RegressorKind::kLinearRidge), {}};
+  StyleRegressorState& state = fitted.state;
   Eigen::MatrixXd targets(set.standardized().cols(), kFactorCount);
   for (int f = 0; f < kFactorCount; ++f) {
     targets.col(f) = set.for_both(Eigen::VectorXd(set.labels().col(f)));
@@ -177,17 +231,33 @@ StyleRegressor fit_linear(const TrainingSet& set) {
     state.offset[f] = model.intercept;
     state.fits[static_cast<std::size_t>(f)] = {.loss_weight = choice.loss_weight,
                                                .held_out_squared_error = choice.mean_squared_error};
+    fitted.held_out[static_cast<std::size_t>(f)] = choice.residuals.head(set.count());
   }
-  return StyleRegressor(std::move(state));
+  return fitted;
 }
 
-/// A kernel ridge machine that cross-validation chose for one factor.
-struct KernelChoice {
-  std::size_t kernel = 0;                                  ///< index of its relative width
-  double loss_weight = 0.0;                                ///< 0: no machine at all
-  double score = std::numeric_limits<double>::infinity();  ///< what was minimised
-  Eigen::VectorXd held_out;                                ///< residuals of the samples
-};
+/// The paper's kernel ridge: for each factor the width and U of least pooled held-out error.
+Fitted fit_kernel_ridge(const TrainingSet& set) {
+  Fitted fitted{empty_state(set, RegressorKind::kKernelRidge), {}};
+  give_centers(set, fitted.state);
+  const RegressorGrid& grid = set.options().grid;
+  const std::vector<Eigen::MatrixXd> kernels = set.kernels(grid.relative_widths);
+  const auto choices = learn::select_kernel_ridge(kernels, set.labels(), grid.loss_weights,
+                                                  set.folds(), set.weights());
+  for (int f = 0; f < kFactorCount; ++f) {
+    const CrossValidationChoice& choice = choices[static_cast<std::size_t>(f)];
+    const auto kernel = static_cast<std::size_t>(choice.kernel);
+    const learn::KernelRidgeSolution solution = learn::solve_kernel_ridge(
+        kernels[kernel], set.labels().col(f), choice.loss_weight, set.weights());
+    fitted.state.coefficients.row(f) = set.for_both(solution.coefficients).transpose();
+    fitted.state.offset[f] = solution.offset;
+    const double relative = grid.relative_widths[kernel];
+    fitted.state.fits[static_cast<std::size_t>(f)] = {
+        set.width(relative), relative, choice.loss_weight, 0.0, choice.mean_squared_error};
+    fitted.held_out[static_cast<std::size_t>(f)] = choice.residuals;
+  }
+  return fitted;
+}
 
 /// How sure an advantage must be before the fifth model acts on it, in standard errors.
 constexpr double kSureness = 1.0;
@@ -218,100 +288,55 @@ double surely_at_most(const Eigen::Ref<const Eigen::VectorXd>& before,
   return mean + kSureness * std::sqrt(variance);
 }
 
-/// The kernel ridge models of one training set: one pass over one grid, six targets.
-///
-/// Kernel ridge (the paper's) takes the point of least pooled error. The fifth (ours) learns what
-/// linear interpolation misses, and is more careful, for what is missed is small and has heavy
-/// tails: two badly interpolated blends that resemble each other make a wild correction look good
-/// by the mean. So it takes the point of the least upper confidence bound of the change against
-/// interpolation, no correction at all if no bound is below 0. And where kernel ridge is surely
-/// better than that (interpolation misleads), it is kernel ridge.
-class KernelRidgeSelection {
- public:
-  explicit KernelRidgeSelection(const TrainingSet& set)
-      : set_(set), kernels_(set.kernels(set.options().grid.relative_widths)) {
-    targets_.resize(set.count(), 2 * kFactorCount);
-    targets_ << set.labels(), set.labels() - set.interpolated();
-    for (int f = 0; f < kFactorCount; ++f) {
-      residual_[static_cast<std::size_t>(f)].score = 0.0;
-      residual_[static_cast<std::size_t>(f)].held_out = targets_.col(kFactorCount + f);
-    }
-    learn::visit_kernel_ridge_grid(
-        kernels_, targets_, set.options().grid.loss_weights, set.folds(),
-        [&](int kernel, double loss_weight, const Eigen::Ref<const Eigen::MatrixXd>& held_out) {
-          consider(static_cast<std::size_t>(kernel), loss_weight, held_out);
-        },
-        set.weights());
-    for (const KernelChoice& choice : plain_) {
-      if (choice.loss_weight == 0.0) {
-        throw base::Error(base::ErrorKind::kNumeric,
-                          "style regressor: no point of the kernel ridge grid solves, offer lower "
-                          "loss weights");
-      }
-    }
-  }
+/// What interpolation misses has outliers: seeds whose labels stand at an end of the scale, where
+/// they say less than they seem to. Residuals beyond so many robust standard deviations are cut.
+constexpr double kOutlier = 2.5;
 
-  StyleRegressor fit(RegressorKind kind) const {
-    StyleRegressorState state = empty_state(set_, kind);
-    give_centers(set_, state);
-    for (int f = 0; f < kFactorCount; ++f) {
-      const KernelChoice& plain = plain_[static_cast<std::size_t>(f)];
-      const KernelChoice& residual = residual_[static_cast<std::size_t>(f)];
-      const bool use_plain =
-          kind == RegressorKind::kKernelRidge || bound(residual.held_out, plain.held_out) < 0.0;
-      state.interpolation[f] = use_plain ? 0.0 : 1.0;
-      fit_factor(use_plain ? plain : residual, targets_.col(use_plain ? f : kFactorCount + f), f,
-                 state);
+Eigen::VectorXd without_outliers(const Eigen::VectorXd& residuals) {
+  Eigen::ArrayXd sizes = residuals.array().abs();
+  const auto middle = sizes.begin() + sizes.size() / 2;
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  const double bound = kOutlier * 1.4826 * *middle;  // 1.4826: of a normal distribution's median
+  if (!(bound > 0.0)) return residuals;  // interpolation is exact for most: no scale to judge by
+  return residuals.cwiseMax(-bound).cwiseMin(bound);
+}
+
+/// The fifth model (ours), see fit_style_regressor.
+/// @param set  of both orders, balanced.
+Fitted fit_residual_kernel_ridge(const TrainingSet& set) {
+  Fitted fitted{empty_state(set, RegressorKind::kResidualKernelRidge), {}};
+  StyleRegressorState& state = fitted.state;
+  state.bounded = true;
+  give_centers(set, state);
+  const RegressorGrid& grid = set.options().grid;
+  const ProcessGrid processes(set.standardized(), set.alpha(), set.weights(), set.folds(),
+                              set.median(), grid.averaged_relative_widths,
+                              grid.averaged_noise_ratios);
+  for (int f = 0; f < kFactorCount; ++f) {
+    const Eigen::VectorXd missed = (set.labels() - set.interpolated()).col(f);
+    const Eigen::VectorXd learnt_from = without_outliers(missed);
+    AveragedProcess chosen = processes.average(learnt_from, true);
+    chosen.held_out += missed - learnt_from;
+    const Eigen::VectorXd label = set.labels().col(f);
+    const double mean = label.dot(set.weights()) / set.weights().sum();
+    const AveragedProcess plain = processes.average(label.array() - mean, false);
+    state.interpolation[f] = 1.0;
+    if (surely_at_most(chosen.held_out, plain.held_out, set) < 0.0) {
+      chosen = plain;
+      state.interpolation[f] = 0.0;
+      state.offset[f] = mean;
     }
-    return StyleRegressor(std::move(state));
+    state.offset[f] += chosen.offset;
+    state.bulge_offset[f] = chosen.bulge_offset;
+    state.coefficients.row(f) = chosen.coefficients.transpose();
+    state.bulge.row(f) = chosen.bulge.transpose();
+    state.fits[static_cast<std::size_t>(f)] = {
+        chosen.width, chosen.relative_width, chosen.loss_weight, 0.0,
+        weighted_mean_square(chosen.held_out, set.weights())};
+    fitted.held_out[static_cast<std::size_t>(f)] = chosen.held_out;
   }
-
- private:
-  /// Keeps a point of the grid where it is better than what there is; of equals the first.
-  void consider(std::size_t kernel, double loss_weight,
-                const Eigen::Ref<const Eigen::MatrixXd>& held_out) {
-    const auto keep_better = [&](KernelChoice& kept, double score, int column) {
-      if (score < kept.score) kept = {kernel, loss_weight, score, held_out.col(column)};
-    };
-    for (int f = 0; f < kFactorCount; ++f) {
-      const int column = kFactorCount + f;
-      keep_better(plain_[static_cast<std::size_t>(f)],
-                  weighted_mean_square(held_out.col(f), set_.weights()), f);
-      keep_better(residual_[static_cast<std::size_t>(f)],
-                  bound(targets_.col(column), held_out.col(column)), column);
-    }
-  }
-
-  double bound(const Eigen::Ref<const Eigen::VectorXd>& before,
-               const Eigen::Ref<const Eigen::VectorXd>& after) const {
-    return surely_at_most(before, after, set_);
-  }
-
-  void fit_factor(const KernelChoice& choice, const Eigen::VectorXd& y, int f,
-                  StyleRegressorState& state) const {
-    FactorFit& fit = state.fits[static_cast<std::size_t>(f)];
-    fit.held_out_squared_error = weighted_mean_square(choice.held_out, set_.weights());
-    if (choice.loss_weight == 0.0) {
-      state.signal_variance[f] = y.squaredNorm() / static_cast<double>(y.size());
-      return;
-    }
-    const learn::KernelRidgeSolution solution =
-        learn::solve_kernel_ridge(kernels_[choice.kernel], y, choice.loss_weight, set_.weights());
-    state.coefficients.row(f) = set_.for_both(solution.coefficients).transpose();
-    state.offset[f] = solution.offset;
-    state.signal_variance[f] = (y.array() - solution.offset).matrix().dot(solution.coefficients) /
-                               static_cast<double>(y.size());
-    fit.relative_width = set_.options().grid.relative_widths[choice.kernel];
-    fit.width = set_.width(fit.relative_width);
-    fit.loss_weight = choice.loss_weight;
-  }
-
-  const TrainingSet& set_;
-  std::vector<Eigen::MatrixXd> kernels_;             // one a relative width
-  Eigen::MatrixXd targets_;                          // N x 6: labels, and what interpolation misses
-  std::array<KernelChoice, kFactorCount> plain_;     // of the labels
-  std::array<KernelChoice, kFactorCount> residual_;  // of what interpolation misses
-};
+  return fitted;
+}
 
 std::vector<double> scaled(const std::vector<double>& values, double factor) {
   std::vector<double> result = values;
@@ -332,9 +357,10 @@ double common_weight(const TrainingSet& set) {
   return least;
 }
 
-StyleRegressor fit_support_vectors(const TrainingSet& set) {
+Fitted fit_support_vectors(const TrainingSet& set) {
   const double weight = common_weight(set);
-  StyleRegressorState state = empty_state(set, RegressorKind::kSupportVector);
+  Fitted fitted{empty_state(set, RegressorKind::kSupportVector), {}};
+  StyleRegressorState& state = fitted.state;
   give_centers(set, state);
   const RegressorGrid& grid = set.options().grid;
   std::vector<learn::SupportVectorKernel> kernels;
@@ -366,8 +392,26 @@ StyleRegressor fit_support_vectors(const TrainingSet& set) {
     const double relative = grid.svr_relative_widths[kernel];
     state.fits[static_cast<std::size_t>(f)] = {set.width(relative), relative, choice.loss_weight,
                                                choice.epsilon, choice.mean_squared_error};
+    fitted.held_out[static_cast<std::size_t>(f)] = choice.residuals;
   }
-  return StyleRegressor(std::move(state));
+  return fitted;
+}
+
+Fitted fit_kind(RegressorKind kind, const TrainingSet& set, const TrainingSet& balanced) {
+  switch (kind) {
+    case RegressorKind::kLinearInterpolation:
+      return fit_linear_interpolation(set);
+    case RegressorKind::kLinearRidge:
+      return fit_linear(set);
+    case RegressorKind::kKernelRidge:
+      return fit_kernel_ridge(set);
+    case RegressorKind::kSupportVector:
+      return fit_support_vectors(set);
+    case RegressorKind::kResidualKernelRidge:
+      return fit_residual_kernel_ridge(balanced);
+  }
+  LABAN_CHECK(false);
+  return {};
 }
 
 void require_trainable(const StyleSamples& samples, const StyleRegressorOptions& options) {
@@ -395,6 +439,8 @@ std::vector<std::string> RegressorGrid::problems() const {
   append_grid_problems("svr_relative_widths", svr_relative_widths, false, problems);
   append_grid_problems("svr_loss_weights", svr_loss_weights, false, problems);
   append_grid_problems("svr_epsilons", svr_epsilons, true, problems);
+  append_grid_problems("averaged_relative_widths", averaged_relative_widths, false, problems);
+  append_grid_problems("averaged_noise_ratios", averaged_noise_ratios, false, problems);
   return problems;
 }
 
@@ -412,26 +458,14 @@ std::vector<StyleRegressor> fit_style_regressors(const StyleSamples& samples,
                                                  const StyleRegressorOptions& options) {
   require_trainable(samples, options);
   const TrainingSet set(samples, options);
-  std::optional<KernelRidgeSelection> kernel_ridge;
+  const TrainingSet balanced(samples, in_both_orders(options), true);
+  const SpreadFit spread(balanced);
   std::vector<StyleRegressor> result;
   result.reserve(kinds.size());
   for (const RegressorKind kind : kinds) {
-    switch (kind) {
-      case RegressorKind::kLinearInterpolation:
-        result.push_back(fit_linear_interpolation(set));
-        break;
-      case RegressorKind::kLinearRidge:
-        result.push_back(fit_linear(set));
-        break;
-      case RegressorKind::kKernelRidge:
-      case RegressorKind::kResidualKernelRidge:
-        if (!kernel_ridge) kernel_ridge.emplace(set);
-        result.push_back(kernel_ridge->fit(kind));
-        break;
-      case RegressorKind::kSupportVector:
-        result.push_back(fit_support_vectors(set));
-        break;
-    }
+    Fitted fitted = fit_kind(kind, set, balanced);
+    fitted.state.spread = spread.of(fitted.held_out);
+    result.emplace_back(std::move(fitted.state));
   }
   return result;
 }

@@ -94,7 +94,9 @@ void keep_better(const Eigen::Ref<const Eigen::MatrixXd>& residuals, const Eigen
   for (Eigen::Index target = 0; target < errors.size(); ++target) {
     CrossValidationChoice& kept = best[static_cast<std::size_t>(target)];
     candidate.mean_squared_error = errors[target];
-    if (candidate.mean_squared_error < kept.mean_squared_error) kept = candidate;
+    if (!(candidate.mean_squared_error < kept.mean_squared_error)) continue;
+    kept = candidate;
+    kept.residuals = residuals.col(target);
   }
 }
 

@@ -27,7 +27,7 @@ const std::string kBow = kData + "phrase/phrase_bow_p01.bvh";
 const std::string kLabels = LABAN_SOURCE_DIR "/labels/phrase.csv";
 const std::vector<std::string> kVerbs = {"agree",   "apply",   "train", "evaluate", "corpus",
                                          "match",   "segment", "blend", "curve",    "measure",
-                                         "inspect", "convert", "draw"};
+                                         "inspect", "convert", "draw",  "suggest"};
 
 void write(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -204,6 +204,36 @@ TEST_F(Cli, AnOutputThatCannotBeWrittenIsToldBeforeTheWork) {
   EXPECT_EQ(bytes_of(folder_ / "out.bvh"), "mine");
   EXPECT_EQ(run("apply " + kTake + " --time 1 -o out.bvh --force").code, 0);
   expect_error("apply missing.bvh --time 1 -o new.bvh", 3, "missing.bvh");
+}
+
+TEST_F(Cli, SuggestRanksBlankBlendsAndWritesThemBlankInThatOrder) {
+  const std::string corpus = "corpus --clips " + kData +
+                             "phrase --pattern phrase_{content}_{performer} --contents walk,bow";
+  ASSERT_EQ(run(corpus + " --blends 30 --label measured -o full.csv").code, 0);
+  // The cold start: fragments are labelled, no blend is.
+  effort::LabelTable table = effort::parse_label_table(bytes_of(folder_ / "full.csv"), "full.csv");
+  for (effort::LabelRow& row : table.rows) {
+    if (!row.is_blend()) continue;
+    row.flow = row.weight = row.time = std::nullopt;
+  }
+  write(folder_ / "partial.csv", effort::format_label_table(table));
+  const Outcome cold = run("suggest --labels partial.csv --count 5 -o next.csv");
+  ASSERT_EQ(cold.code, 0) << cold.err;
+  EXPECT_THAT(cold.out, HasSubstr("   5  blend_"));
+  const effort::LabelTable next =
+      effort::parse_label_table(bytes_of(folder_ / "next.csv"), "next.csv");
+  const auto blends = effort::blends(next);
+  ASSERT_EQ(blends.size(), 5U);
+  EXPECT_THAT(cold.out, HasSubstr("   1  " + blends.front().fragment));
+  EXPECT_EQ(effort::blank_rows(next).size(), 5U);
+  EXPECT_EQ(effort::seeds(next).size(), effort::seeds(table).size());
+
+  const Outcome drawn = run("suggest --labels full.csv --pool 40 --count 2 --seed 3");
+  EXPECT_THAT(drawn.out, HasSubstr("suggested_"));
+  EXPECT_EQ(drawn.out, run("suggest --labels full.csv --pool 40 --count 2 --seed 3").out);
+  const Outcome full = run("suggest --labels full.csv");
+  EXPECT_EQ(full.code, 5);
+  EXPECT_THAT(full.err, HasSubstr("no blend to choose from"));
 }
 
 // The product's purpose: clips to view, blanks to fill in by a human rater, a model of them.

@@ -66,6 +66,7 @@ def main():
         f"measure {walk} {take}",
         f"measure {walk} --against {walk}",
         f"segment {take}",
+        f"suggest --labels {labels} --pool 20 --count 3",
         f"train --labels {labels} -o phrase.laban",
         "train --labels raters.csv -o each.laban --each-rater",
     ]

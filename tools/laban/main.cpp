@@ -88,6 +88,7 @@ int run(int argc, char** argv) {
   add_evaluate(app);
   add_agree(app);
   add_corpus(app);
+  add_suggest(app);
   add_match(app);
   add_segment(app);
   add_blend(app);

@@ -23,8 +23,8 @@ enum class RegressorKind {
   kLinearRidge,          ///< theta' z
   kKernelRidge,          ///< Gaussian kernel ridge: the paper's choice
   kSupportVector,        ///< epsilon-insensitive, Gaussian kernel
-  kResidualKernelRidge,  ///< (ours) linear interpolation + kernel ridge of what it misses, where
-                         ///< that is sure to help; see fit_style_regressor
+  kResidualKernelRidge,  ///< (ours) linear interpolation + kernel ridges of what it misses,
+                         ///< averaged; see fit_style_regressor
 };
 
 inline constexpr int kRegressorCount = 5;
@@ -93,6 +93,10 @@ struct RegressorGrid {
   std::vector<double> svr_relative_widths = {0.5, 0.7, 1.0, 1.4, 2.0};
   std::vector<double> svr_loss_weights = {1.0, 5.0, 25.0, 100.0};
   std::vector<double> svr_epsilons = {0.03, 0.1, 0.3};
+  /// The fifth's: widths, and noise variances in units of the signal's (each a ridge, 1/U).
+  std::vector<double> averaged_relative_widths = {0.7, 1.0, 1.4, 2.0};
+  std::vector<double> averaged_noise_ratios = {0.01, 0.03, 0.1,  0.3,   1.0,
+                                               3.0,  10.0, 30.0, 100.0, 300.0};
 
   /// Broken rules, each naming field, value and rule; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
@@ -123,10 +127,27 @@ struct FactorFit {
   double held_out_squared_error = 0.0;
 };
 
-/// Prediction with its standard error (of the function, label noise not included).
+/// Prediction with its standard error: about 68 % of labels that were not seen in training lie in
+/// mean +- standard_error.
 struct StylePrediction {
   Eigen::Matrix3Xd mean;
   Eigen::Matrix3Xd standard_error;
+};
+
+/// How far labels lie from predictions: for a factor f the standard error is unit_f times
+///   sqrt((1 - bulge_share_f + bulge_share_f b(alpha)^2 / bulge_mean_square) * (1 + v(z)) / 2),
+/// b(alpha) = alpha (1 - alpha), which is 0 at the seeds, and v(z) in [0, 1] the share of variance
+/// that a Gaussian process of noise as strong as its signal is left with at z: it grows with the
+/// distance to the training blends. The shape is the one that makes the held-out residuals
+/// likeliest; the unit is such that it covers 68 % of them (split-conformal calibration on
+/// cross-validated residuals).
+struct ErrorSpread {
+  learn::Standardizer scale;
+  Eigen::MatrixXd centers;  ///< D x 2 N scaled training features, then told from the other end
+  double width = 1.0;       ///< of the Gaussian
+  double bulge_mean_square = 1.0;
+  Eigen::Vector3d bulge_share = Eigen::Vector3d::Zero();  ///< in [0, 1]
+  Eigen::Vector3d unit = Eigen::Vector3d::Zero();
 };
 
 /// Scratch memory of predictions; give the same one to every call to spare allocations.
@@ -140,6 +161,8 @@ struct StyleScratch {
 /// of every kind, for a factor f with s(z) the standardized features:
 ///   interpolation_f * linear interpolation + offset_f + weights_f' s(z)
 ///     + sum_n coefficients_fn exp(-|s(z) - center_n|^2 / (2 width_f^2))
+///     + b(alpha) (bulge_offset_f + sum_n bulge_fn exp(-|s(z) - center_n|^2 / (2 width_f^2))),
+/// b(alpha) = alpha (1 - alpha), cut to [-3, 3] if `bounded`.
 struct StyleRegressorState {
   RegressorKind kind = RegressorKind::kLinearInterpolation;
   /// Then center n and center n + C / 2 are one training blend told from its two ends.
@@ -150,9 +173,13 @@ struct StyleRegressorState {
   Eigen::Matrix3Xd weights;       ///< 3 x D
   Eigen::MatrixXd centers;        ///< D x C, standardized training features
   Eigen::Matrix3Xd coefficients;  ///< 3 x C
-  /// s^2 of the kernel machine read as a Gaussian process, by factor; 0 if it is none.
-  Eigen::Vector3d signal_variance = Eigen::Vector3d::Zero();
+  Eigen::Vector3d bulge_offset = Eigen::Vector3d::Zero();
+  Eigen::Matrix3Xd bulge;  ///< 3 x C
+  /// Labels lie in [-3, 3], so does what is expected of them.
+  bool bounded = false;
   std::array<FactorFit, kFactorCount> fits;
+  /// nullopt: of a model file older than it; then the held-out error of the fit stands for it.
+  std::optional<ErrorSpread> spread;
 };
 
 /// Predicts the Effort of a blend from z. Immutable; const members may be called from many threads.
@@ -174,7 +201,7 @@ class StyleRegressor {
   }
   [[nodiscard]] const StyleRegressorState& state() const noexcept { return state_; }
 
-  /// 3 x N predictions, not clipped to [-3, 3].
+  /// 3 x N predictions; those of the paper's models are not cut to [-3, 3].
   /// @param z  D x N. @throws Error{kData} unless D = feature_rows().
   /// Time about N * C * (3 exponentials + D multiplications); C is the number of training samples,
   /// twice that if symmetric.
@@ -193,9 +220,9 @@ class StyleRegressor {
                                                 std::span<const double> alphas,
                                                 StyleScratch& scratch) const;
 
-  /// Kernel ridge read as a Gaussian process (its noise variance is s^2 / U); nullopt for the kinds
-  /// that are none: linear interpolation, linear ridge and SVR. Factorises the kernel at each call:
-  /// give it all columns at once.
+  /// The same with the standard error of each, for every kind; for a model file from before it was
+  /// stored the root of the held-out squared error. Never nullopt (it was for some kinds).
+  /// Factorises a kernel at each call: give it all columns at once.
   [[nodiscard]] std::optional<StylePrediction> predict_with_error(
       const Eigen::Ref<const Eigen::MatrixXd>& z) const;
 
@@ -213,11 +240,17 @@ class StyleRegressor {
 /// Learns one regressor a factor. Hyper-parameters are chosen by cross-validation on these samples
 /// only; features are standardized with their statistics (with `symmetric`, of both orders).
 ///
-/// The paper's models take the grid point of least pooled held-out squared error. The fifth (ours)
-/// takes the one whose gain over linear interpolation is surest (mean less one standard error of
-/// the paired held-out differences), makes no correction where no gain is sure, and is plain kernel
-/// ridge where that is surely better still; StyleRegressorState::interpolation tells. This makes a
-/// correction that outliers suggest rarer, not impossible.
+/// The paper's models take the grid point of least pooled held-out squared error.
+///
+/// The fifth (ours) adds to linear interpolation what it is seen to miss, cautiously, for that is
+/// small and has heavy tails. It does not depend on the order of a blend, whatever `symmetric`
+/// says; content, efforts and alpha count alike in its distances; what interpolation misses is cut
+/// to 2.5 of its robust standard deviations before it is learnt from; kernel ridges of every ridge
+/// of a grid are averaged, each with the whole grid's worth of "nothing at all", by their tempered
+/// Gaussian process evidence; half of them vanish at alpha = 0 and 1 as the truth does; predictions
+/// are cut to [-3, 3]. Where the same average of kernel ridges on the labels themselves is surely
+/// better (by more than one standard error of the paired held-out differences) interpolation
+/// misleads, and it is that: StyleRegressorState::interpolation tells.
 ///
 /// Every learner minimises the weighted loss, U sum_n w_n L(f(z_n) - e_n), and choices are made by
 /// the weighted error. SVR alone can not: libsvm's regression has one C for all samples.

@@ -33,6 +33,7 @@ struct CrossValidationChoice {
   /// Weighted mean over all samples of the squared held-out residual, folds pooled (not a mean of
   /// fold means).
   double mean_squared_error = 0.0;
+  Eigen::VectorXd residuals;  ///< N, held out, by which it was chosen
 };
 
 /// Held-out residuals y - f(x) of kernel ridge for every target at once, without refitting.

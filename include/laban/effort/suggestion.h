@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+
+namespace laban::effort {
+
+struct SuggestionOptions {
+  /// Blends to suggest; >= 1. Fewer are suggested if the pool is smaller.
+  int count = 20;
+  /// Width of the Gaussian in median distances between blends; > 0.
+  double relative_width = 1.0;
+  /// Variance of a label's noise in units of the signal's; > 0. One label of a blend tells little of
+  /// its neighbours, so that the choice goes where what is to be learnt is large, not only where
+  /// nothing is labelled yet.
+  double noise_ratio = 10.0;
+
+  /// Broken rules, each naming field, value and rule; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// One blend of the pool that is worth a label.
+struct Suggestion {
+  int column = 0;  ///< of the pool
+  /// How much of the pool's mean predictive variance is gone once this one is labelled beside
+  /// those labelled and suggested before it, as a share of what it was before any suggestion.
+  double expected_drop = 0.0;
+};
+
+/// Which blends to label next: greedily, each time the one whose label is expected to lower the
+/// predictive variance over the whole pool most (A-optimal design, [CohnGhahramaniJordan96]).
+///
+/// What interpolation misses is taken for a Gaussian process like those that the default regressor
+/// averages: in proportion to b(alpha) = alpha (1 - alpha), the same from either end of a blend,
+/// contents, efforts and alpha counting alike in its distances. Its variance depends on where
+/// labels are, not on what they say: none is needed, so this works before the first one, and
+/// the whole list can be labelled in one sitting.
+///
+/// @param labelled  D x L features z of blends that have labels; may have no column.
+/// @param pool      D x P features of blends that may be labelled, P >= 1.
+/// @returns the suggestions from the most useful on; of equals the first.
+/// @throws Error{kUsage} if `options` has problems; Error{kData} if D differs or is no
+///         feature_count, the pool is empty or a value is not finite.
+/// Time O(L^3 + P^2 (L + D + count)), memory O((P + L)^2).
+[[nodiscard]] std::vector<Suggestion> suggest_blends(
+    const Eigen::Ref<const Eigen::MatrixXd>& labelled,
+    const Eigen::Ref<const Eigen::MatrixXd>& pool, const SuggestionOptions& options = {});
+
+}  // namespace laban::effort
