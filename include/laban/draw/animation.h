@@ -41,7 +41,7 @@ inline constexpr int kMaxAnimatedClips = 4;
 /// the reader's light or dark scheme.
 ///
 /// Bodies are those of contact_sheet, with volume. Positions are kept to 16 bits a coordinate (of
-/// the clip's extent: 0.1 mm on a stage of 6 m), about 8 kB a second for each ten nodes at 60 Hz.
+/// the clip's extent: 0.1 mm on a stage of 6 m): about 4.8 kB a second for ten nodes at 60 Hz.
 /// @return HTML, UTF-8; the same bytes for the same input.
 /// @throws Error{kUsage} if options have problems, there is no clip, or more than
 ///         kMaxAnimatedClips; Error{kData} if source_frames are not one a frame of the last clip
