@@ -260,7 +260,7 @@ Fitted fit_kernel_ridge(const TrainingSet& set) {
 }
 
 /// How sure an advantage must be before the fifth model acts on it, in standard errors.
-constexpr double kSureness = 1.0;
+constexpr double kSureness = 2.0;
 
 /// Upper confidence bound of the change of squared error from `before` to `after`, held-out
 /// residuals of the same samples: mean + kSureness * standard error of the paired differences.

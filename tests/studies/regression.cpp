@@ -108,7 +108,10 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    for (int n = first; n < argc; ++n) study(argv[n], runs);
+    for (int n = first; n < argc; ++n) {
+      study(argv[n], runs);
+      std::fflush(stdout);
+    }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "regression_study: %s\n", error.what());
     return 1;

@@ -249,7 +249,7 @@ class StyleRegressor {
 /// of a grid are averaged, each with the whole grid's worth of "nothing at all", by their tempered
 /// Gaussian process evidence; half of them vanish at alpha = 0 and 1 as the truth does; predictions
 /// are cut to [-3, 3]. Where the same average of kernel ridges on the labels themselves is surely
-/// better (by more than one standard error of the paired held-out differences) interpolation
+/// better (by more than two standard errors of the paired held-out differences) interpolation
 /// misleads, and it is that: StyleRegressorState::interpolation tells.
 ///
 /// Every learner minimises the weighted loss, U sum_n w_n L(f(z_n) - e_n), and choices are made by
