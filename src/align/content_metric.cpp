@@ -41,14 +41,30 @@ Eigen::Vector3d turn_axis(const Eigen::Vector3d& first, const Eigen::Vector3d& r
                                     : Eigen::Vector3d::UnitX();
 }
 
-Eigen::VectorXd row_mean(std::span<const Eigen::MatrixXd> sequences) {
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(sequences[0].rows());
-  Eigen::Index count = 0;
-  for (const Eigen::MatrixXd& sequence : sequences) {
-    sum += sequence.rowwise().sum();
-    count += sequence.cols();
+// How much a frame of each sequence counts: the same; or, with groups, so that every group counts
+// the same.
+std::vector<double> frame_weights(std::span<const Eigen::MatrixXd> sequences,
+                                  std::span<const int> groups) {
+  std::vector<double> weights(sequences.size(), 1.0);
+  if (groups.empty()) return weights;
+  std::map<int, double> frames_of;
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    frames_of[groups[i]] += static_cast<double>(sequences[i].cols());
   }
-  return sum / static_cast<double>(count);
+  for (std::size_t i = 0; i < sequences.size(); ++i) weights[i] = 1.0 / frames_of[groups[i]];
+  return weights;
+}
+
+Eigen::VectorXd row_mean(std::span<const Eigen::MatrixXd> sequences,
+                         std::span<const int> groups = {}) {
+  const std::vector<double> weights = frame_weights(sequences, groups);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(sequences[0].rows());
+  double total = 0.0;
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    sum += weights[i] * sequences[i].rowwise().sum();
+    total += weights[i] * static_cast<double>(sequences[i].cols());
+  }
+  return sum / total;
 }
 
 // A pose from which few clips are whole turns away: the median of the clips' mean poses, then the
@@ -69,40 +85,78 @@ Eigen::VectorXd common_reference(std::span<const PoseMatrix> clips) {
   return row_mean(angles);
 }
 
-// The fragments' angles, each less its performer's mean pose.
-std::vector<Eigen::MatrixXd> centered_angles(std::span<const PoseMatrix> fragments,
-                                             std::span<const int> performers,
-                                             const Eigen::VectorXd& reference) {
-  std::vector<Eigen::MatrixXd> angles;
+// The angles of one joint on the branches nearest to `reference`: one branch for each stretch
+// without a cut. Across a cut (of an edited capture) unwrapping would go on from another pose and
+// may leave all that follows a whole turn away.
+Eigen::Matrix3Xd on_branches_between_cuts(const Eigen::Ref<const Eigen::Matrix3Xd>& curve,
+                                          const Eigen::Vector3d& reference) {
+  constexpr double kCut = 1.0;  // radians from one frame to the next
+  Eigen::Matrix3Xd result(3, curve.cols());
+  Eigen::Index begin = 0;
+  for (Eigen::Index t = 1; t <= curve.cols(); ++t) {
+    if (t < curve.cols() &&
+        math::angle_between(math::exp(curve.col(t - 1)), math::exp(curve.col(t))) <= kCut)
+      continue;
+    result.middleCols(begin, t - begin) =
+        on_branch_of(curve.middleCols(begin, t - begin), reference);
+    begin = t;
+  }
+  return result;
+}
+
+// kContentRowCount x F: angles on the reference's branches, height.
+Eigen::MatrixXd content_rows(const PoseMatrix& pose, const Eigen::VectorXd& reference) {
+  Eigen::MatrixXd rows(kContentRowCount, pose.angles.cols());
+  for (Eigen::Index row = 0; row < kAngleRowCount; row += 3) {
+    rows.middleRows<3>(row) =
+        on_branches_between_cuts(pose.angles.middleRows<3>(row), reference.segment<3>(row));
+  }
+  rows.bottomRows<1>() = pose.height;
+  return rows;
+}
+
+// The fragments' rows, each less its performer's mean pose.
+std::vector<Eigen::MatrixXd> centered_rows(std::span<const PoseMatrix> fragments,
+                                           std::span<const int> groups,
+                                           std::span<const int> performers,
+                                           const Eigen::VectorXd& reference) {
+  std::vector<Eigen::MatrixXd> rows;
   std::map<int, std::vector<std::size_t>> fragments_of;
   for (std::size_t i = 0; i < fragments.size(); ++i) {
-    angles.push_back(on_branch_of(fragments[i].angles, reference));
+    rows.push_back(content_rows(fragments[i], reference));
     fragments_of[performers.empty() ? static_cast<int>(i) : performers[i]].push_back(i);
   }
   for (const auto& [performer, members] : fragments_of) {
     std::vector<Eigen::MatrixXd> own;
-    for (const std::size_t i : members) own.push_back(angles[i]);
-    const Eigen::VectorXd mean = row_mean(own);
-    for (const std::size_t i : members) angles[i].colwise() -= mean;
+    std::vector<int> own_groups;
+    for (const std::size_t i : members) {
+      own.push_back(rows[i]);
+      if (!groups.empty()) own_groups.push_back(groups[i]);
+    }
+    const Eigen::VectorXd mean = row_mean(own, own_groups);
+    for (const std::size_t i : members) rows[i].colwise() -= mean;
   }
-  return angles;
+  return rows;
 }
 
-Eigen::MatrixXd covariance(std::span<const Eigen::MatrixXd> sequences) {
-  const Eigen::VectorXd mean = row_mean(sequences);
+Eigen::MatrixXd covariance(std::span<const Eigen::MatrixXd> sequences,
+                           std::span<const int> groups) {
+  const std::vector<double> weights = frame_weights(sequences, groups);
+  const Eigen::VectorXd mean = row_mean(sequences, groups);
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(mean.size(), mean.size());
-  Eigen::Index count = 0;
-  for (const Eigen::MatrixXd& sequence : sequences) {
-    const Eigen::MatrixXd centered = sequence.colwise() - mean;
-    sum.noalias() += centered * centered.transpose();
-    count += sequence.cols();
+  double total = 0.0;
+  for (std::size_t i = 0; i < sequences.size(); ++i) {
+    const Eigen::MatrixXd centered = sequences[i].colwise() - mean;
+    sum += weights[i] * (centered * centered.transpose());
+    total += weights[i] * static_cast<double>(centered.cols());
   }
-  return sum / static_cast<double>(count);
+  return sum / total;
 }
 
 struct Pair {
   std::size_t i;
   std::size_t j;
+  double weight;  // the pairs of a group together weigh 1
 };
 
 // Pairs of one group: by two performers where there are such, else all.
@@ -112,20 +166,23 @@ std::vector<Pair> same_content_pairs(std::span<const int> groups, std::span<cons
     for (std::size_t j = i + 1; j < groups.size(); ++j) {
       if (groups[i] != groups[j]) continue;
       const bool two = performers.empty() || performers[i] != performers[j];
-      pairs_of[groups[i]][two ? 1 : 0].push_back({i, j});
+      pairs_of[groups[i]][two ? 1 : 0].push_back({i, j, 0.0});
     }
   }
   std::vector<Pair> pairs;
   for (const auto& [group, kinds] : pairs_of) {
-    const std::vector<Pair>& best = kinds[1].empty() ? kinds[0] : kinds[1];
-    pairs.insert(pairs.end(), best.begin(), best.end());
+    for (Pair pair : kinds[1].empty() ? kinds[0] : kinds[1]) {
+      pair.weight = 1.0 / static_cast<double>((kinds[1].empty() ? kinds[0] : kinds[1]).size());
+      pairs.push_back(pair);
+    }
   }
   return pairs;
 }
 
-// Mean over a pair's path of the outer product of frame differences.
+// Mean over a pair's path, found by the angles, of the outer product of frame differences.
 Eigen::MatrixXd path_scatter(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) {
-  const std::vector<FramePair> path = dtw(x, y).path;
+  const std::vector<FramePair> path =
+      dtw(x.topRows<kAngleRowCount>(), y.topRows<kAngleRowCount>()).path;
   Eigen::MatrixXd difference(x.rows(), static_cast<Eigen::Index>(path.size()));
   for (std::size_t n = 0; n < path.size(); ++n) {
     difference.col(static_cast<Eigen::Index>(n)) = x.col(path[n].p) - y.col(path[n].q);
@@ -133,17 +190,34 @@ Eigen::MatrixXd path_scatter(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y)
   return difference * difference.transpose() / static_cast<double>(path.size());
 }
 
-// S_w: every pair counts once, whatever its length.
-Eigen::MatrixXd within_scatter(std::span<const Eigen::MatrixXd> angles, std::span<const Pair> pairs,
+// S_w: every group counts the same, every pair in it too, whatever its length.
+Eigen::MatrixXd within_scatter(std::span<const Eigen::MatrixXd> rows, std::span<const Pair> pairs,
                                int threads) {
   std::vector<Eigen::MatrixXd> scatters(pairs.size());
   math::parallel_for(static_cast<int>(pairs.size()), threads, [&](int n) {
-    const auto index = static_cast<std::size_t>(n);
-    scatters[index] = path_scatter(angles[pairs[index].i], angles[pairs[index].j]);
+    const Pair& pair = pairs[static_cast<std::size_t>(n)];
+    scatters[static_cast<std::size_t>(n)] = pair.weight * path_scatter(rows[pair.i], rows[pair.j]);
   });
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(kAngleRowCount, kAngleRowCount);
-  for (const Eigen::MatrixXd& scatter : scatters) sum += scatter;
-  return sum / static_cast<double>(pairs.size());
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(kContentRowCount, kContentRowCount);
+  double total = 0.0;
+  for (std::size_t n = 0; n < pairs.size(); ++n) {
+    sum += scatters[n];
+    total += pairs[n].weight;
+  }
+  return sum / total;
+}
+
+// Part of S_w's own spread replaced by the same everywhere: among the angles, and for the height.
+Eigen::MatrixXd shrunk(const Eigen::MatrixXd& within, double shrinkage) {
+  const double floor = 1e-12;        // radians^2: motionless fragments still give a metric
+  const double height_floor = 4e-4;  // leg lengths^2: 2 % of a leg, about 2 cm, says nothing
+  Eigen::MatrixXd result = (1.0 - shrinkage) * within;
+  result.diagonal().head<kAngleRowCount>().array() +=
+      shrinkage * within.diagonal().head<kAngleRowCount>().mean();
+  result.diagonal().tail<1>().array() +=
+      shrinkage * within.diagonal().tail<1>().value() + height_floor;
+  result.diagonal().array() += floor;
+  return result;
 }
 
 // Two frames of one content differ by N(0, S_w), two unrelated ones by N(0, 2 S_t). The quadratic
@@ -152,11 +226,8 @@ Eigen::MatrixXd within_scatter(std::span<const Eigen::MatrixXd> angles, std::spa
 // counts about 1 whatever its size, what does not counts nothing (lambda <= 1/2: dropped).
 Eigen::MatrixXd likelihood_ratio_map(const Eigen::MatrixXd& total, const Eigen::MatrixXd& within,
                                      double shrinkage, int dimensions) {
-  const double mean_scatter = within.trace() / static_cast<double>(within.rows());
-  const double floor = 1e-12;  // radians^2: motionless fragments still give a metric
-  Eigen::MatrixXd shrunk = (1.0 - shrinkage) * within;
-  shrunk.diagonal().array() += shrinkage * mean_scatter + floor;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(total, shrunk);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(total,
+                                                                         shrunk(within, shrinkage));
   if (solver.info() != Eigen::Success) {
     throw Error(ErrorKind::kNumeric,
                 "fit_content_metric: the scatter within contents has no square root; raise "
@@ -169,8 +240,9 @@ Eigen::MatrixXd likelihood_ratio_map(const Eigen::MatrixXd& total, const Eigen::
 }
 
 // Without contents to tell apart: every joint weighs by its own spread, still ones not above a
-// tenth of the mean spread's worth.
-Eigen::MatrixXd spread_map(const Eigen::MatrixXd& total, double shrinkage, int dimensions) {
+// tenth of the mean spread's worth; height counts nothing.
+Eigen::MatrixXd spread_map(const Eigen::MatrixXd& all, double shrinkage, int dimensions) {
+  const Eigen::MatrixXd total = all.topLeftCorner<kAngleRowCount, kAngleRowCount>();
   const double mean_variance = total.trace() / static_cast<double>(total.rows());
   Eigen::VectorXd scale(total.rows());
   for (Eigen::Index row = 0; row < total.rows(); row += 3) {
@@ -178,17 +250,23 @@ Eigen::MatrixXd spread_map(const Eigen::MatrixXd& total, double shrinkage, int d
     scale.segment<3>(row).setConstant(
         1.0 / std::sqrt((1.0 - shrinkage) * variance + shrinkage * mean_variance + 1e-12));
   }
+  Eigen::MatrixXd map = Eigen::MatrixXd::Zero(dimensions, kContentRowCount);
+  if (dimensions >= kAngleRowCount) {
+    map.topLeftCorner<kAngleRowCount, kAngleRowCount>() = scale.asDiagonal();
+    return map;
+  }
   const Eigen::MatrixXd scaled = scale.asDiagonal() * total * scale.asDiagonal();
-  if (dimensions == kAngleRowCount) return scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
   const Eigen::MatrixXd directions = solver.eigenvectors().rightCols(dimensions).transpose();
-  return directions.colwise().reverse() * scale.asDiagonal();
+  map.leftCols<kAngleRowCount>() = directions.colwise().reverse() * scale.asDiagonal();
+  return map;
 }
 
-void require_sizes(std::size_t fragments, std::size_t given, const std::string& what) {
+void require_sizes(std::size_t fragments, std::size_t given, const std::string& what,
+                   const std::string& place) {
   if (given != 0 && given != fragments) {
-    throw Error(ErrorKind::kUsage, "fit_content_metric: " + std::to_string(given) + " " + what +
-                                       " for " + std::to_string(fragments) + " fragments");
+    throw Error(ErrorKind::kUsage, place + ": " + std::to_string(given) + " " + what + " for " +
+                                       std::to_string(fragments) + " fragments");
   }
 }
 
@@ -218,12 +296,13 @@ Eigen::MatrixXd on_branch_of(const Eigen::Ref<const Eigen::MatrixXd>& angles,
 
 ContentMetric::ContentMetric(MetricKind kind, Eigen::MatrixXd map, Eigen::VectorXd reference)
     : kind_(kind), map_(std::move(map)), reference_(std::move(reference)) {
-  if (map_.cols() != kAngleRowCount || map_.rows() < 1 || map_.rows() > kAngleRowCount ||
+  const int columns = kind_ == MetricKind::kRaw ? kAngleRowCount : kContentRowCount;
+  if (map_.cols() != columns || map_.rows() < 1 || map_.rows() > columns ||
       reference_.size() != kAngleRowCount) {
     throw Error(ErrorKind::kData, "ContentMetric: map " + std::to_string(map_.rows()) + " x " +
                                       std::to_string(map_.cols()) + ", reference " +
                                       std::to_string(reference_.size()) +
-                                      " (must be k x 63, 1 <= k <= 63, and 63)");
+                                      " (must be k x 64, 1 <= k <= 64, and 63)");
   }
   if (!map_.allFinite() || !reference_.allFinite()) {
     throw Error(ErrorKind::kData, "ContentMetric: a value is not finite");
@@ -238,17 +317,19 @@ ContentMetric ContentMetric::raw() {
           Eigen::VectorXd::Zero(kAngleRowCount)};
 }
 
-Eigen::VectorXd ContentMetric::mean_pose(std::span<const PoseMatrix> clips) const {
+Eigen::VectorXd ContentMetric::mean_pose(std::span<const PoseMatrix> clips,
+                                         std::span<const int> groups) const {
   if (clips.empty()) throw Error(ErrorKind::kData, "ContentMetric::mean_pose: no clip");
-  std::vector<Eigen::MatrixXd> angles;
-  for (const PoseMatrix& clip : clips) angles.push_back(on_branch_of(clip.angles, reference_));
-  return row_mean(angles);
+  require_sizes(clips.size(), groups.size(), "groups", "ContentMetric::mean_pose");
+  std::vector<Eigen::MatrixXd> rows;
+  for (const PoseMatrix& clip : clips) rows.push_back(content_rows(clip, reference_));
+  return row_mean(rows, groups);
 }
 
 Eigen::MatrixXd ContentMetric::features(const PoseMatrix& pose,
                                         const Eigen::Ref<const Eigen::VectorXd>& mean_pose) const {
   if (kind_ == MetricKind::kRaw) return pose.angles;
-  return map_ * (on_branch_of(pose.angles, reference_).colwise() - mean_pose);
+  return map_ * (content_rows(pose, reference_).colwise() - mean_pose);
 }
 
 std::vector<std::string> ContentMetricOptions::problems() const {
@@ -257,9 +338,9 @@ std::vector<std::string> ContentMetricOptions::problems() const {
     found.push_back("ContentMetricOptions::shrinkage = " + std::to_string(shrinkage) +
                     " (must be in [0, 1])");
   }
-  if (dimensions < 1 || dimensions > kAngleRowCount) {
+  if (dimensions < 1 || dimensions > kContentRowCount) {
     found.push_back("ContentMetricOptions::dimensions = " + std::to_string(dimensions) +
-                    " (must be 1 to 63)");
+                    " (must be 1 to 64)");
   }
   if (threads < 0) {
     found.push_back("ContentMetricOptions::threads = " + std::to_string(threads) +
@@ -274,17 +355,17 @@ ContentMetric fit_content_metric(std::span<const PoseMatrix> fragments, std::spa
   const std::vector<std::string> problems = options.problems();
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
   if (fragments.empty()) throw Error(ErrorKind::kData, "fit_content_metric: no fragment");
-  require_sizes(fragments.size(), groups.size(), "groups");
-  require_sizes(fragments.size(), performers.size(), "performers");
+  require_sizes(fragments.size(), groups.size(), "groups", "fit_content_metric");
+  require_sizes(fragments.size(), performers.size(), "performers", "fit_content_metric");
 
   const int dimensions = options.dimensions;
   Eigen::VectorXd reference = common_reference(fragments);
-  const std::vector<Eigen::MatrixXd> angles = centered_angles(fragments, performers, reference);
-  const Eigen::MatrixXd total = covariance(angles);
+  const std::vector<Eigen::MatrixXd> rows = centered_rows(fragments, groups, performers, reference);
+  const Eigen::MatrixXd total = covariance(rows, groups);
   const std::vector<Pair> pairs = same_content_pairs(groups, performers);
   Eigen::MatrixXd map =
       pairs.empty() ? spread_map(total, options.shrinkage, dimensions)
-                    : likelihood_ratio_map(total, within_scatter(angles, pairs, options.threads),
+                    : likelihood_ratio_map(total, within_scatter(rows, pairs, options.threads),
                                            options.shrinkage, dimensions);
   return {std::move(map), std::move(reference)};
 }

@@ -151,6 +151,7 @@ FragmentSet::FragmentSet(ContentMetric metric, std::span<const PoseMatrix> poses
                                       " performers (must be as many, at least 1)");
   }
   std::map<int, std::vector<PoseMatrix>> clips_of;
+  std::map<int, std::vector<int>> contents_of;
   for (const PoseMatrix& pose : poses) {
     if (pose.frame_rate_hz != frame_rate_hz_) {
       throw Error(ErrorKind::kData, "FragmentSet: frame rates " + std::to_string(frame_rate_hz_) +
@@ -158,9 +159,14 @@ FragmentSet::FragmentSet(ContentMetric metric, std::span<const PoseMatrix> poses
                                         " Hz (must be one)");
     }
   }
-  for (std::size_t i = 0; i < poses.size(); ++i) clips_of[performers_[i]].push_back(poses[i]);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    clips_of[performers_[i]].push_back(poses[i]);
+    contents_of[performers_[i]].push_back(groups_[i]);
+  }
   std::map<int, Eigen::VectorXd> mean_of;
-  for (const auto& [performer, clips] : clips_of) mean_of[performer] = metric_.mean_pose(clips);
+  for (const auto& [performer, clips] : clips_of) {
+    mean_of[performer] = metric_.mean_pose(clips, contents_of.at(performer));
+  }
   for (std::size_t i = 0; i < poses.size(); ++i) {
     features_.push_back(metric_.features(poses[i], mean_of.at(performers_[i])));
   }

@@ -17,7 +17,7 @@ using base::ErrorKind;
 using nlohmann::ordered_json;
 
 constexpr const char* kKind = "laban.style";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 Array to_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   Array array{static_cast<int>(matrix.rows()), static_cast<int>(matrix.cols()), {}};
@@ -210,8 +210,12 @@ align::ContentMetric load_metric(const Reader& reader, const Container& containe
                                  const ordered_json& header) {
   if (header.at("metric") == "raw") return align::ContentMetric::raw();
   reader.require(header.at("metric") == "content", "its metric is unknown");
-  return {to_matrix(container.array("metric.map")),
-          reader.matrix("metric.reference", motion::kAngleRowCount, 1)};
+  Eigen::MatrixXd map = to_matrix(container.array("metric.map"));
+  if (map.cols() == motion::kAngleRowCount) {  // version 1: angles alone
+    map.conservativeResize(Eigen::NoChange, align::kContentRowCount);
+    map.rightCols<1>().setZero();
+  }
+  return {std::move(map), reader.matrix("metric.reference", motion::kAngleRowCount, 1)};
 }
 
 StyleModel read_parts(const Container& container, std::string_view name) {

@@ -92,44 +92,70 @@ TEST(ContentMetric, RawFeaturesAreTheAngles) {
   EXPECT_EQ(ContentMetric::raw().features(pose, Eigen::VectorXd::Ones(63)), pose.angles);
 }
 
-// The scatter matrices by their definitions, with loops.
+// The scatter matrices by their definitions, with loops: 63 angles and the height.
 struct Scatter {
-  Eigen::MatrixXd within = Eigen::MatrixXd::Zero(63, 63);
-  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(63, 63);
+  Eigen::MatrixXd within = Eigen::MatrixXd::Zero(64, 64);
+  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(64, 64);
 };
 
-Scatter plain_scatter(const Corpus& corpus) {
-  std::vector<Eigen::MatrixXd> angles;
+Eigen::MatrixXd rows_of(const PoseMatrix& pose) {
+  Eigen::MatrixXd rows(64, pose.frame_count());
+  rows << pose.angles, pose.height;
+  return rows;
+}
+
+double frames_of(const Corpus& corpus, int group, int performer) {
+  double frames = 0.0;
   for (std::size_t i = 0; i < corpus.poses.size(); ++i) {
-    Eigen::VectorXd sum = Eigen::VectorXd::Zero(63);
-    double count = 0.0;
+    if (corpus.groups[i] == group && (performer < 0 || corpus.performers[i] == performer))
+      frames += corpus.poses[i].frame_count();
+  }
+  return frames;
+}
+
+// Poses less their performer's mean, to which each of his two contents gives half.
+std::vector<Eigen::MatrixXd> plain_rows(const Corpus& corpus) {
+  std::vector<Eigen::MatrixXd> rows;
+  for (std::size_t i = 0; i < corpus.poses.size(); ++i) {
+    Eigen::VectorXd mean = Eigen::VectorXd::Zero(64);
     for (std::size_t j = 0; j < corpus.poses.size(); ++j) {
       if (corpus.performers[j] != corpus.performers[i]) continue;
-      sum += corpus.poses[j].angles.rowwise().sum();
-      count += corpus.poses[j].frame_count();
+      mean += rows_of(corpus.poses[j]).rowwise().sum() /
+              (2.0 * frames_of(corpus, corpus.groups[j], corpus.performers[j]));
     }
-    angles.push_back(corpus.poses[i].angles.colwise() - sum / count);
+    rows.push_back(rows_of(corpus.poses[i]).colwise() - mean);
   }
+  return rows;
+}
+
+Scatter plain_scatter(const Corpus& corpus) {
+  const std::vector<Eigen::MatrixXd> rows = plain_rows(corpus);
   Scatter scatter;
-  double frames = 0.0;
-  double pairs = 0.0;
-  for (std::size_t i = 0; i < angles.size(); ++i) {
-    scatter.total += angles[i] * angles[i].transpose();  // the overall mean is 0 by construction
-    frames += static_cast<double>(angles[i].cols());
-    for (std::size_t j = i + 1; j < angles.size(); ++j) {
-      if (corpus.groups[i] != corpus.groups[j] || corpus.performers[i] == corpus.performers[j]) {
-        continue;
-      }
-      const auto path = dtw(angles[i], angles[j]).path;
-      for (const FramePair& pair : path) {
-        const Eigen::VectorXd d = angles[i].col(pair.p) - angles[j].col(pair.q);
-        scatter.within += d * d.transpose() / static_cast<double>(path.size());
-      }
-      pairs += 1.0;
-    }
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(64);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double share = 0.5 / frames_of(corpus, corpus.groups[i], -1);
+    mean += share * rows[i].rowwise().sum();
+    scatter.total += share * rows[i] * rows[i].transpose();
   }
-  scatter.total /= frames;
-  scatter.within /= pairs;
+  scatter.total -= mean * mean.transpose();
+  for (int group = 0; group < 2; ++group) {
+    Eigen::MatrixXd within = Eigen::MatrixXd::Zero(64, 64);
+    double pairs = 0.0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (std::size_t j = i + 1; j < rows.size(); ++j) {
+        if (corpus.groups[i] != group || corpus.groups[j] != group ||
+            corpus.performers[i] == corpus.performers[j])
+          continue;
+        const auto path = dtw(rows[i].topRows(63), rows[j].topRows(63)).path;
+        for (const FramePair& pair : path) {
+          const Eigen::VectorXd d = rows[i].col(pair.p) - rows[j].col(pair.q);
+          within += d * d.transpose() / static_cast<double>(path.size());
+        }
+        pairs += 1.0;
+      }
+    }
+    scatter.within += 0.5 * within / pairs;
+  }
   return scatter;
 }
 
@@ -137,9 +163,11 @@ TEST(FitContentMetric, IsTheLikelihoodRatioOfItsScatterMatrices) {
   const Corpus corpus = small_corpus(true);  // one performer's pair of takes does not count
   const double shrinkage = 0.2;
   const Scatter scatter = plain_scatter(corpus);
-  const Eigen::MatrixXd within =
-      (1.0 - shrinkage) * scatter.within +
-      shrinkage * scatter.within.trace() / 63.0 * Eigen::MatrixXd::Identity(63, 63);
+  Eigen::VectorXd ridge(64);
+  ridge.head(63).setConstant(shrinkage * scatter.within.diagonal().head(63).mean());
+  ridge[63] = shrinkage * scatter.within(63, 63) + 4e-4;
+  Eigen::MatrixXd within = (1.0 - shrinkage) * scatter.within;
+  within.diagonal() += ridge;
   // By whitening S_w and clipping the eigenvalues of the whitened S_t, instead of the generalised
   // eigenproblem.
   const Eigen::LLT<Eigen::MatrixXd> llt(within);
@@ -152,7 +180,7 @@ TEST(FitContentMetric, IsTheLikelihoodRatioOfItsScatterMatrices) {
                                    weight.asDiagonal() * whitened.eigenvectors().transpose() *
                                    inverse_root;
   const ContentMetric metric = fit_content_metric(corpus.poses, corpus.groups, corpus.performers,
-                                                  {.shrinkage = shrinkage, .dimensions = 63});
+                                                  {.shrinkage = shrinkage, .dimensions = 64});
   EXPECT_GT(weight.maxCoeff(), 0.5);  // there is something to find
   EXPECT_TRUE((metric.map().transpose() * metric.map()).isApprox(expected, 1e-6));
 }
@@ -165,6 +193,36 @@ TEST(FitContentMetric, LeadingDimensionsAreThoseOfTheWholeMap) {
       fit_content_metric(corpus.poses, corpus.groups, corpus.performers, {.dimensions = 7});
   EXPECT_EQ(few.dimension_count(), 7);
   EXPECT_EQ(few.map(), all.map().topRows(7));
+}
+
+TEST(FitContentMetric, TellsContentsApartByHeightAlone) {
+  Corpus corpus = small_corpus();
+  for (std::size_t i = 0; i < corpus.poses.size(); ++i) {
+    PoseMatrix& pose = corpus.poses[i];
+    pose.angles = random_pose_matrix({.frames = pose.frame_count()}).angles;  // one pose for all
+    if (corpus.groups[i] == 0) continue;
+    for (int t = 0; t < pose.frame_count(); ++t)  // a squat
+      pose.height[t] -= 0.3 * std::sin(std::numbers::pi * t / (pose.frame_count() - 1));
+  }
+  const ContentMetric metric = fit_content_metric(corpus.poses, corpus.groups, corpus.performers);
+  EXPECT_GT(metric.map().col(63).norm(), 1.0);
+}
+
+TEST(FitContentMetric, GoesOnAfterACutWithTheNearestBranch) {
+  PoseMatrix pose = random_pose_matrix({.frames = 40, .amplitude_rad = 0.3});
+  pose.angles.row(3).array() += 2.5;
+  const std::vector<PoseMatrix> poses = {pose};
+  const ContentMetric metric = fit_content_metric(poses, {}, {});
+  const Eigen::VectorXd mean = metric.mean_pose(poses);
+  const Eigen::MatrixXd expected = metric.features(pose, mean);
+  PoseMatrix cut = pose;  // what unwrapping makes of a cut: frame 20 stands elsewhere,
+  cut.angles.col(20).segment<3>(3) = Eigen::Vector3d(0.0, -2.0, 0.0);
+  for (int t = 21; t < 40; ++t) {  // and all after it is a whole turn away
+    const Eigen::Vector3d r = pose.angles.col(t).segment<3>(3);
+    cut.angles.col(t).segment<3>(3) = r - 2.0 * std::numbers::pi * r.normalized();
+  }
+  const Eigen::MatrixXd features = metric.features(cut, mean);
+  EXPECT_TRUE(features.rightCols(19).isApprox(expected.rightCols(19), 1e-6));
 }
 
 TEST(FitContentMetric, ForgetsAPerformersConstantPosture) {
@@ -258,8 +316,8 @@ TEST(FitContentMetric, RefusesWhatItCannotLearnFrom) {
                          [&] { (void)fit_content_metric(poses, {}, {}, {.shrinkage = 2.0}); }),
               testing::StartsWith("ContentMetricOptions::shrinkage = 2"));
   EXPECT_EQ(message_of(ErrorKind::kUsage,
-                       [&] { (void)fit_content_metric(poses, {}, {}, {.dimensions = 64}); }),
-            "ContentMetricOptions::dimensions = 64 (must be 1 to 63)");
+                       [&] { (void)fit_content_metric(poses, {}, {}, {.dimensions = 65}); }),
+            "ContentMetricOptions::dimensions = 65 (must be 1 to 64)");
   EXPECT_THAT(
       message_of(ErrorKind::kData,
                  [] { ContentMetric(Eigen::MatrixXd::Zero(2, 60), Eigen::VectorXd::Zero(63)); }),

@@ -130,18 +130,26 @@ Corpus read_corpus(const std::filesystem::path& folder, const NamePattern& patte
 // The rows of several takes, one after the other, as one clip.
 motion::PoseMatrix joined(const std::vector<const Take*>& takes) {
   const motion::Clip& first = takes[0]->capture.clip;
-  std::vector<Eigen::Quaterniond> rotations;
+  const int joints = first.joint_count();
   int frame_count = 0;
+  for (const Take* take : takes) frame_count += take->capture.clip.frame_count();
+  std::vector<Eigen::Quaterniond> rotations;
+  Eigen::Matrix3Xd root_positions(3, frame_count);
+  Eigen::Matrix3Xd translations(3, first.has_translations() ? frame_count * joints : 0);
+  int frame = 0;
   for (const Take* take : takes) {
     const motion::Clip& clip = take->capture.clip;
-    for (int t = 0; t < clip.frame_count(); ++t) {
-      const auto frame = clip.rotations(t);
-      rotations.insert(rotations.end(), frame.begin(), frame.end());
+    for (int t = 0; t < clip.frame_count(); ++t, ++frame) {
+      const auto own = clip.rotations(t);
+      rotations.insert(rotations.end(), own.begin(), own.end());
+      root_positions.col(frame) = clip.root_positions().col(t);
+      if (translations.cols() == 0) continue;
+      for (int j = 0; j < joints; ++j)
+        translations.col(frame * joints + j) = clip.translation(t, j);
     }
-    frame_count += clip.frame_count();
   }
-  const motion::Clip clip(first.shared_skeleton(), first.frame_rate_hz(),
-                          Eigen::Matrix3Xd::Zero(3, frame_count), std::move(rotations));
+  const motion::Clip clip(first.shared_skeleton(), first.frame_rate_hz(), std::move(root_positions),
+                          std::move(rotations), std::move(translations));
   return motion::to_pose_matrix(clip, takes[0]->capture.humanoid);
 }
 
@@ -151,7 +159,9 @@ struct Score {
   double right_frames = 0.0;
   double frames = 0.0;
   std::vector<double> boundary_errors_s;  // of right runs
-  std::vector<std::string> wrong;         // what was found instead
+  // The same, 0 inside the still stretch between two takes: no one can tell where it is cut.
+  std::vector<double> errors_beyond_stillness_s;
+  std::vector<std::string> wrong;  // what was found instead
 
   void add(const Score& other) {
     right += other.right;
@@ -160,6 +170,9 @@ struct Score {
     frames += other.frames;
     boundary_errors_s.insert(boundary_errors_s.end(), other.boundary_errors_s.begin(),
                              other.boundary_errors_s.end());
+    errors_beyond_stillness_s.insert(errors_beyond_stillness_s.end(),
+                                     other.errors_beyond_stillness_s.begin(),
+                                     other.errors_beyond_stillness_s.end());
     wrong.insert(wrong.end(), other.wrong.begin(), other.wrong.end());
   }
 };
@@ -169,6 +182,21 @@ struct Run {
   std::vector<int> begin_frame;  // of each, and the end of the last
   motion::PoseMatrix input;
 };
+
+// Frames [first, last] around the boundary at which a run hardly moves: slower than a tenth of its
+// quick moments (the 95th percentile of its speed), the jump between the takes not counted.
+std::pair<int, int> still_stretch(const Run& run, int boundary) {
+  const Eigen::MatrixXd& angles = run.input.angles;
+  const Eigen::Index steps = angles.cols() - 1;
+  const Eigen::VectorXd speed =
+      (angles.rightCols(steps) - angles.leftCols(steps)).colwise().norm().transpose();
+  const double still = 0.1 * math::percentile(math::as_span(speed), 95.0);
+  int first = boundary;
+  int last = boundary;
+  while (first >= 2 && speed[first - 2] < still) --first;
+  while (last < steps && speed[last] < still) ++last;
+  return {first, last};
+}
 
 void judge(const Run& run, const std::vector<align::Snippet>& snippets,
            const std::vector<int>& groups, const Corpus& corpus, int performer, Score& score) {
@@ -200,6 +228,9 @@ void judge(const Run& run, const std::vector<align::Snippet>& snippets,
   for (std::size_t n = 1; n < begins.size(); ++n) {
     score.boundary_errors_s.push_back(std::abs(begins[n] - run.begin_frame[n]) /
                                       run.input.frame_rate_hz);
+    const auto [first, last] = still_stretch(run, run.begin_frame[n]);
+    score.errors_beyond_stillness_s.push_back(std::max({0, first - begins[n], begins[n] - last}) /
+                                              run.input.frame_rate_hz);
   }
 }
 
@@ -259,6 +290,12 @@ void print_score(const char* metric, const Score& score) {
     std::printf(", boundaries of right runs: median %.2f s, 95th percentile %.2f s",
                 math::median(score.boundary_errors_s),
                 math::percentile(score.boundary_errors_s, 95.0));
+    const auto near = std::count_if(score.errors_beyond_stillness_s.begin(),
+                                    score.errors_beyond_stillness_s.end(),
+                                    [](double error) { return error <= 0.2; });
+    std::printf(", %.1f %% within 0.2 s of the truth or of the still stretch around it",
+                100.0 * static_cast<double>(near) /
+                    static_cast<double>(score.errors_beyond_stillness_s.size()));
   }
   std::printf("\n");
   for (const std::string& wrong : score.wrong) std::printf("           %s\n", wrong.c_str());

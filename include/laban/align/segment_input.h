@@ -22,7 +22,7 @@ class FragmentSet {
   /// @param poses       the fragments.
   /// @param groups      content of each fragment.
   /// @param performers  performer of each fragment; a performer's mean pose is taken over all his
-  ///                    fragments here.
+  ///                    fragments here, every content counting the same.
   /// @throws Error{kData} if there is no fragment, or sizes or frame rates differ.
   FragmentSet(ContentMetric metric, std::span<const motion::PoseMatrix> poses,
               std::vector<int> groups, std::vector<int> performers);
