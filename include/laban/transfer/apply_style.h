@@ -6,6 +6,7 @@
 #include "laban/align/segment_input.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/join.h"
+#include "laban/transfer/play_choice.h"
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/style_search.h"
 
@@ -17,25 +18,11 @@ struct ApplyOptions {
   /// Offsets of joins that would bend the motion more than the fragments themselves decay up to
   /// five times as slowly.
   motion::JoinOptions join = {.longest_halflife_s = 0.5};
-  /// In a blend no fragment plays faster than so many times its own speed, unless it is that much
-  /// longer; in (1, 4]. Limits the slope of time warps, the more the farther alpha lies outside
-  /// [0, 1]: there a steep warp jerks. 4 leaves the warps of [0, 1] as they were learnt from.
-  double fastest_play = 4.0;
+  /// How fast fragments may play in a blend; in (1, 4].
+  double fastest_play = kFastestPlay;
   /// A snippet that matches no content is an error; otherwise it is kept as captured and reported.
   bool strict = false;
 };
-
-/// A chosen blend as it is played.
-struct PlayedChoice {
-  motion::PoseMatrix pose;
-  motion::FootContacts contacts;  ///< of the fragments, carried through the blend
-};
-
-/// The one way in which a choice becomes motion, for whoever plays or judges it: its fragments
-/// blended by a calm warp, and low-passed where the blend has more jerk than they.
-/// @param fastest_play  as ApplyOptions::fastest_play.
-[[nodiscard]] PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice,
-                                       double fastest_play = ApplyOptions{}.fastest_play);
 
 /// One snippet of the input and what became of it.
 struct AppliedSnippet {

@@ -1,0 +1,28 @@
+#pragma once
+
+#include "laban/align/time_warp.h"
+#include "laban/motion/foot_contacts.h"
+#include "laban/motion/pose_matrix.h"
+#include "laban/transfer/style_model.h"
+#include "laban/transfer/style_search.h"
+
+namespace laban::transfer {
+
+/// In a blend no fragment plays faster than so many times its own speed, unless it is that much
+/// longer. Limits the slope of time warps, the more the farther alpha lies outside [0, 1]: there a
+/// steep warp jerks. 4 leaves the warps of [0, 1] as they were learnt from.
+inline constexpr double kFastestPlay = 4.0;
+
+/// A chosen blend as it is played.
+struct PlayedChoice {
+  motion::PoseMatrix pose;
+  motion::FootContacts contacts;  ///< of the fragments, carried through the blend
+};
+
+/// The one way in which a choice becomes motion, for whoever plays or judges it: its fragments
+/// blended by a calm warp, and low-passed where the blend has more jerk than they.
+/// @param fastest_play  in (1, kMaxWarpSlope].
+[[nodiscard]] PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice,
+                                       double fastest_play = kFastestPlay);
+
+}  // namespace laban::transfer
