@@ -5,11 +5,12 @@
 #include <numbers>
 
 #include "laban/base/error.h"
+#include "laban/math/low_pass.h"
 #include "laban/math/statistics.h"
 #include "laban/motion/forward_kinematics.h"
 #include "laban/motion/standard_body.h"
 
-#include "motion/two_bone_ik.h"
+#include "motion/place_feet.h"
 
 namespace laban::motion {
 namespace {
@@ -49,12 +50,13 @@ constexpr double kRampS = 0.3;
 constexpr double kSoftFloorM = 0.005;
 /// Reach over time of the lowering of the pelvis, seconds.
 constexpr double kPelvisS = 0.12;
-/// Corrections below this are none, metres.
-constexpr double kNegligible = 1e-9;
+/// Corrections have nothing above this: a step swings at 2 Hz.
+constexpr double kCutoffHz = 8.0;
 
+/// From 0 at 0 to 1 at 1 with no velocity and no acceleration at either end.
 double smoothstep(double x) {
   const double t = std::clamp(x, 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
+  return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
 }
 
 /// Cubic from (a, slope da) at 0 to (b, slope db) at 1.
@@ -444,16 +446,6 @@ Eigen::RowVectorXd body_shift(const std::array<Foot, 2>& feet, const FootFloor& 
   return shift;
 }
 
-/// Both legs of a rig.
-std::array<LegJoints, 2> legs_of(const Humanoid& humanoid) {
-  using enum StandardJoint;
-  const auto leg = [&](StandardJoint thigh, StandardJoint shin, StandardJoint foot) {
-    return LegJoints{humanoid.mapped(thigh)->joint, humanoid.mapped(shin)->joint,
-                     humanoid.mapped(foot)->joint, humanoid.mapped(thigh)->reference};
-  };
-  return {leg(kLeftThigh, kLeftShin, kLeftFoot), leg(kRightThigh, kRightShin, kRightFoot)};
-}
-
 /// Moving maximum, then a symmetric average of the same reach: smooth, and nowhere below `values`.
 Eigen::RowVectorXd smooth_envelope(const Eigen::RowVectorXd& values, Index reach) {
   const Index count = values.size();
@@ -474,6 +466,19 @@ Eigen::RowVectorXd smooth_envelope(const Eigen::RowVectorXd& values, Index reach
   const Index half = std::max<Index>(reach / 2, 1);
   const Eigen::RowVectorXd widened = windowed(values, 2 * half, true);
   return windowed(windowed(widened, half, false), half, false);
+}
+
+/// How far the pelvis goes down in every frame so that no foot is out of reach, at most `deepest`.
+Eigen::RowVectorXd lowering(std::span<const ModelPose> poses, const std::array<LegJoints, 2>& legs,
+                            const std::array<Foot, 2>& feet, double deepest, const Scale& scale) {
+  Eigen::RowVectorXd needed = Eigen::RowVectorXd::Zero(feet[0].frames());
+  for (Index f = 0; f < needed.size(); ++f) {
+    for (std::size_t side = 0; side < 2; ++side) {
+      needed(f) = std::max(needed(f), lowering_to_reach(poses[static_cast<std::size_t>(f)],
+                                                        legs[side], feet[side].offset.col(f)));
+    }
+  }
+  return smooth_envelope(needed.cwiseMin(deepest), scale.frames(kPelvisS));
 }
 
 /// The clip as it is written: rotations, and offsets of root or hips.
@@ -572,6 +577,7 @@ int correct(std::array<Foot, 2>& feet, const Eigen::RowVectorXd& shift, const Fo
     lift_steps(foot, scale);
     clear_swings(foot, floor, scale);
     keep_above(foot, floor);
+    foot.offset = math::low_pass(foot.offset, scale.rate_hz, kCutoffHz);
   }
   return steps;
 }
@@ -603,33 +609,21 @@ LockedFeet lock_feet(const Clip& clip, const Humanoid& humanoid, const FootConta
   const Eigen::RowVectorXd shift = body_shift(feet, floor, options, scale);
   LockedFeet locked{clip, 0, correct(feet, shift, floor, options, scale), 0.0, 0.0};
 
-  const std::array<LegJoints, 2> legs = legs_of(humanoid);
   const int frames = clip.frame_count();
   std::vector<ModelPose> poses;
-  Eigen::RowVectorXd needed = Eigen::RowVectorXd::Zero(frames);
-  for (int f = 0; f < frames; ++f) {
-    poses.push_back(forward_kinematics(clip, f));
-    for (std::size_t side = 0; side < 2; ++side) {
-      needed(f) = std::max(needed(f),
-                           lowering_to_reach(poses.back(), legs[side], feet[side].offset.col(f)));
-    }
-  }
-  const double deepest = options.deepest_m * scale.body;
+  for (int f = 0; f < frames; ++f) poses.push_back(forward_kinematics(clip, f));
+  const std::array<LegJoints, 2> legs = legs_of(humanoid, poses);
   const Eigen::RowVectorXd lowered =
-      smooth_envelope(needed.cwiseMin(deepest), scale.frames(kPelvisS));
+      lowering(poses, legs, feet, options.deepest_m * scale.body, scale);
   Draft draft = draft_of(clip);
+  std::array<Eigen::Matrix3Xd, 2> goals;
+  for (Eigen::Matrix3Xd& path : goals) path.resize(3, frames);
   for (int f = 0; f < frames; ++f) {
     const ModelPose& pose = poses[static_cast<std::size_t>(f)];
     raise_body(draft, clip, humanoid, pose, f, shift(f) - lowered(f));
     for (std::size_t side = 0; side < 2; ++side) {
-      // Seen from the lowered hip.
-      const Vector3d move = feet[side].offset.col(f) + lowered(f) * Vector3d::UnitY();
-      if (move.norm() < kNegligible) continue;
-      const auto local =
-          std::span(draft.rotations)
-              .subspan(static_cast<std::size_t>(f) * static_cast<std::size_t>(clip.joint_count()),
-                       static_cast<std::size_t>(clip.joint_count()));
-      move_foot(pose, clip.skeleton(), legs[side], move, local);
+      goals[side].col(f) = pose.positions.col(legs[side].foot) + feet[side].offset.col(f) +
+                           shift(f) * Vector3d::UnitY();
     }
   }
   for (const Foot& foot : feet) {
@@ -638,8 +632,9 @@ LockedFeet lock_feet(const Clip& clip, const Humanoid& humanoid, const FootConta
         std::max(locked.farthest_m, std::sqrt(foot.offset.colwise().squaredNorm().maxCoeff()));
   }
   locked.deepest_m = lowered.maxCoeff();
-  locked.clip = Clip(clip.shared_skeleton(), clip.frame_rate_hz(), std::move(draft.root),
-                     std::move(draft.rotations), std::move(draft.translations));
+  const Clip raised(clip.shared_skeleton(), clip.frame_rate_hz(), std::move(draft.root),
+                    std::move(draft.rotations), std::move(draft.translations));
+  locked.clip = place_feet(raised, legs, goals);
   return locked;
 }
 

@@ -12,14 +12,25 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-/// A knee is not straightened beyond this, and the pelvis is lowered before it comes to the other.
-constexpr double kStraightest = 4.0 * kDegree;
+/// The pelvis is lowered before a knee comes to this bend.
 constexpr double kComfortable = 10.0 * kDegree;
+/// A knee is not bent farther than this.
+constexpr double kMostBent = 150.0 * kDegree;
+/// Half of the range of 1 - cos(bend) over which straightening meets its limit: from 4 to about 10
+/// degrees, for which the foot stays a millimetre short on an adult's leg.
+constexpr double kSoftBend = 0.014;
+/// Moves of a foot over which the limits above set in, and over which a knee that is bent the wrong
+/// way (blends of straight legs, extrapolated) comes to bend the right way, metres.
+constexpr double kLimitsFullAt = 0.01;
+constexpr double kRightWayAt = 0.002;
 /// Sines of the knee between which the plane of the leg takes over from the thigh's side.
 constexpr double kStraightSine = 0.03;
 constexpr double kBentSine = 0.15;
-/// How sharply extension meets its limit; 6 keeps half of the room to within half a per cent.
-constexpr double kSharpness = 6.0;
+
+double smoothstep(double x) {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
 
 /// A leg as it stands: thigh and shin as vectors, the foot as seen from the hip.
 struct Leg {
@@ -39,51 +50,80 @@ Leg leg_of(const ModelPose& pose, const LegJoints& joints) {
           pose.positions.col(joints.foot) - pose.positions.col(joints.shin)};
 }
 
-/// The knee's axis in model space, about which a positive turn bends it.
-Vector3d knee_axis(const Leg& leg, const ModelPose& pose, const LegJoints& joints) {
+/// The thigh's side in model space, square to the thigh; about it a positive turn bends the knee.
+/// Zero if the side lies along the thigh.
+Vector3d side_of(const Leg& leg, const ModelPose& pose, const LegJoints& joints) {
   const Vector3d side = pose.rotations[static_cast<std::size_t>(joints.thigh)] *
                         (joints.thigh_reference.conjugate() * Vector3d::UnitX());
-  const Vector3d normal = leg.thigh.cross(leg.shin) / (leg.thigh.norm() * leg.shin.norm());
+  const Vector3d across = side - side.dot(leg.thigh) / leg.thigh.squaredNorm() * leg.thigh;
+  return across.norm() < 1e-6 ? Vector3d(Vector3d::Zero()) : Vector3d(across.normalized());
+}
+
+Vector3d sine_of(const Leg& leg) {
+  return leg.thigh.cross(leg.shin) / (leg.thigh.norm() * leg.shin.norm());
+}
+
+/// The knee's axis in model space, about which a positive turn bends it: the normal of the leg's
+/// plane, and the thigh's side where the leg is straight.
+Vector3d knee_axis(const Leg& leg, const ModelPose& pose, const LegJoints& joints) {
+  const Vector3d across = side_of(leg, pose, joints);
+  const Vector3d normal = sine_of(leg);
   const double sine = normal.norm();
-  // Square to the thigh, so that it is an axis of the plane even where the leg is straight.
-  Vector3d across = side - side.dot(leg.thigh) / leg.thigh.squaredNorm() * leg.thigh;
-  if (across.norm() < 1e-6) return sine > 1e-9 ? Vector3d(normal / sine) : side;
-  across.normalize();
+  if (across.isZero(0.0)) return sine > 1e-9 ? Vector3d(normal / sine) : Vector3d::UnitX();
   if (sine <= kStraightSine) return across;
-  const double x = std::clamp((sine - kStraightSine) / (kBentSine - kStraightSine), 0.0, 1.0);
-  const double share = x * x * (3.0 - 2.0 * x);
-  // A knee bent the wrong way turns about the same axis, the other way.
-  const Vector3d plane = normal / (normal.dot(across) < 0.0 && sine < kBentSine ? -sine : sine);
+  const double share = smoothstep((sine - kStraightSine) / (kBentSine - kStraightSine));
+  // A knee bent the wrong way turns about the same axis.
+  const Vector3d plane = normal / (normal.dot(across) < 0.0 ? -sine : sine);
   const Vector3d mixed = share * plane + (1.0 - share) * across;
   return mixed.norm() < 1e-6 ? across : Vector3d(mixed.normalized());
 }
 
-/// `wanted` length from hip to ankle, or what the knee allows: shortening is free, extension ends
-/// smoothly at the limit.
-double allowed_length(const Leg& leg, double wanted) {
-  const double now = leg.foot().norm();
-  const double shortest = std::abs(leg.thigh.norm() - leg.shin.norm()) + 0.05 * now;
-  if (wanted <= now) return std::max(wanted, std::min(now, shortest));
-  const double room = std::max(leg.length_at(kStraightest) - now, 0.0);
-  if (room <= 0.0) return now;
-  const double x = (wanted - now) / room;
-  return now + room * x / std::pow(1.0 + std::pow(x, kSharpness), 1.0 / kSharpness);
+/// The larger of `x` and `least`, rounded off within `width` of where they meet.
+double soft_max(double x, double least, double width) {
+  const double above = x - least;
+  if (above >= width) return x;
+  if (above <= -width) return least;
+  return least + (above + width) * (above + width) / (4.0 * width);
 }
 
-/// Turn of the shin about `axis` that makes the leg as long as `length`.
-double knee_turn(const Leg& leg, const Vector3d& axis, double length) {
-  // |thigh + R shin|^2 = thigh^2 + shin^2 + 2 (a + b cos + s sin), R the turn about the axis.
-  const Vector3d along = leg.shin.dot(axis) * axis;
-  const double a = leg.thigh.dot(along);
-  const double b = leg.thigh.dot(leg.shin - along);
-  const double s = leg.thigh.dot(axis.cross(leg.shin));
-  const double size = std::hypot(b, s);
-  if (size < 1e-12) return 0.0;
-  const double product = 0.5 * (length * length - leg.thigh.squaredNorm() - leg.shin.squaredNorm());
-  const double straight = std::atan2(s, b);  // the turn that straightens the knee
-  const double bend = std::acos(std::clamp((product - a) / size, -1.0, 1.0));
-  // A capture's overstretched knee may straighten, never overstretch farther.
-  return straight > 0.0 && bend <= straight ? straight - bend : straight + bend;
+/// How the length of a leg depends on the bend of its knee about an axis:
+/// |thigh + R shin|^2 = thigh^2 + shin^2 + 2 (along + size cos(bend)).
+struct Knee {
+  double bend;  // as it is; negative if bent the wrong way
+  double along;
+  double size;
+  double squares;
+
+  Knee(const Leg& leg, const Vector3d& axis)
+      : bend(0.0),
+        along(0.0),
+        size(0.0),
+        squares(leg.thigh.squaredNorm() + leg.shin.squaredNorm()) {
+    const Vector3d parallel = leg.shin.dot(axis) * axis;
+    along = leg.thigh.dot(parallel);
+    const double cosine = leg.thigh.dot(leg.shin - parallel);
+    const double sine = leg.thigh.dot(axis.cross(leg.shin));
+    size = std::hypot(cosine, sine);
+    bend = std::atan2(-sine, cosine);
+  }
+  /// 1 - cos(bend) at a length from hip to ankle; negative if it cannot be as long.
+  [[nodiscard]] double flexion_at(double length) const {
+    return 1.0 - (0.5 * (length * length - squares) - along) / size;
+  }
+};
+
+/// The bend at which a leg comes as near as it may to `length`, its foot being moved by `way`.
+double bend_for(const Knee& knee, double length, double way) {
+  const double now = 1.0 - std::cos(knee.bend);
+  const double least = 1.0 - std::cos(kStraightestKnee);
+  const double most = std::max(now, 1.0 - std::cos(kMostBent));
+  const double wanted = knee.flexion_at(length);
+  const double limited = soft_max(wanted, least, kSoftBend);
+  const double flexion = std::clamp(wanted + smoothstep(way / kLimitsFullAt) * (limited - wanted),
+                                    std::min(now, least), most);
+  const double bend = std::acos(1.0 - flexion);
+  if (knee.bend >= 0.0) return bend;
+  return (2.0 * smoothstep(way / kRightWayAt) - 1.0) * bend;
 }
 
 }  // namespace
@@ -103,9 +143,11 @@ void move_foot(const ModelPose& pose, const Skeleton& skeleton, const LegJoints&
   if (leg.thigh.norm() < 1e-9 || leg.shin.norm() < 1e-9) return;  // no leg to bend
   const Vector3d target = leg.foot() + move;
   if (target.norm() < 1e-9) return;
-  const double turn =
-      knee_turn(leg, knee_axis(leg, pose, joints), allowed_length(leg, target.norm()));
-  const Quaterniond knee(AngleAxisd(turn, knee_axis(leg, pose, joints)));
+  const Vector3d axis = knee_axis(leg, pose, joints);
+  const Knee bending(leg, axis);
+  if (bending.size < 1e-12) return;
+  const Quaterniond knee(
+      AngleAxisd(bend_for(bending, target.norm(), move.norm()) - bending.bend, axis));
   const Quaterniond hip = Quaterniond::FromTwoVectors(leg.thigh + knee * leg.shin, target);
   const auto model = [&](int joint) { return pose.rotations[static_cast<std::size_t>(joint)]; };
   const auto parent = [&](int joint) { return skeleton.joint(joint).parent; };
@@ -118,6 +160,26 @@ void move_foot(const ModelPose& pose, const Skeleton& skeleton, const LegJoints&
   write(joints.thigh, above_thigh.conjugate() * hip * model(joints.thigh));
   write(joints.shin, model(parent(joints.shin)).conjugate() * knee * model(joints.shin));
   write(joints.foot, (hip * knee * model(parent(joints.foot))).conjugate() * model(joints.foot));
+}
+
+double knee_bend(const ModelPose& pose, const LegJoints& joints) {
+  const Leg leg = leg_of(pose, joints);
+  if (leg.thigh.norm() < 1e-9 || leg.shin.norm() < 1e-9) return 0.0;
+  return Knee(leg, knee_axis(leg, pose, joints)).bend;
+}
+
+void settle_leg(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& joints,
+                double least_bend, const Quaterniond& foot_rotation, std::span<Quaterniond> local) {
+  const auto model = [&](int joint) { return pose.rotations[static_cast<std::size_t>(joint)]; };
+  const auto parent = [&](int joint) { return skeleton.joint(joint).parent; };
+  Quaterniond knee = Quaterniond::Identity();
+  if (const double bend = knee_bend(pose, joints); bend < least_bend) {
+    knee = AngleAxisd(least_bend - bend, knee_axis(leg_of(pose, joints), pose, joints));
+    local[static_cast<std::size_t>(joints.shin)] =
+        (model(parent(joints.shin)).conjugate() * knee * model(joints.shin)).normalized();
+  }
+  local[static_cast<std::size_t>(joints.foot)] =
+      ((knee * model(parent(joints.foot))).conjugate() * foot_rotation).normalized();
 }
 
 }  // namespace laban::motion
