@@ -10,7 +10,31 @@
 namespace laban::transfer {
 namespace {
 
+/// Times over which the input's own time is smoothed, seconds.
+constexpr double kWarpS = 0.2;
+
+/// Frames [k - reach, k + reach] averaged, the ends reflected about themselves (2 x_0 - x_k): what
+/// rises goes on rising, and a steady rise stays as it is.
+std::vector<double> averaged(const std::vector<double>& values, int reach) {
+  const int last = static_cast<int>(values.size()) - 1;
+  const auto at = [&](int k) { return values[static_cast<std::size_t>(std::clamp(k, 0, last))]; };
+  const auto beyond = [&](int k) {
+    if (k < 0) return 2.0 * values.front() - at(-k);
+    return k <= last ? at(k) : 2.0 * values.back() - at(2 * last - k);
+  };
+  std::vector<double> means;
+  double sum = 0.0;
+  for (int k = -reach; k <= reach; ++k) sum += beyond(k);
+  for (int k = 0; k <= last; ++k) {
+    means.push_back(sum / (2 * reach + 1));
+    sum += beyond(k + reach + 1) - beyond(k - reach);
+  }
+  return means;
+}
+
 /// For each frame at the input's rate, the input frame that shows the same moment of the action.
+/// A time warp's slope jumps from cell to cell; joints that play the input by it would tremble, so
+/// it is smoothed over kWarpS, three times.
 std::vector<double> source_frames(const AppliedStyle& applied, double rate_hz, int frame_count) {
   // The source frames count at the model's rate; what is asked for counts at the input's.
   const double per_frame = rate_hz / applied.pose.frame_rate_hz;
@@ -25,6 +49,8 @@ std::vector<double> source_frames(const AppliedStyle& applied, double rate_hz, i
         ((1.0 - share) * applied.source_frames[before] + share * applied.source_frames[after]) *
         per_frame);
   }
+  const int reach = static_cast<int>(std::lround(0.5 * kWarpS * rate_hz));
+  for (int pass = 0; pass < 3; ++pass) frames = averaged(frames, reach);
   return frames;
 }
 
