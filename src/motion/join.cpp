@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "laban/base/error.h"
 #include "laban/math/rotation.h"
+#include "laban/motion/calm.h"
 
 namespace laban::motion {
 namespace {
@@ -23,6 +25,8 @@ constexpr double kReachHalflives = 2.5;
 /// Where offsets may take their time (JoinOptions::longest_halflife_s), a join of parts that do not
 /// fit may bend this share of what the parts do: in these every joint hardly bends most at once.
 constexpr double kCalmShare = 0.3;
+/// Reach of JoinOptions::most_jerk_share on either side of a join, seconds.
+constexpr double kCalmReachS = 0.5;
 /// Offsets below this (radians, leg lengths) have died away.
 constexpr double kNegligible = 1e-9;
 
@@ -291,6 +295,26 @@ void require_fitting(std::span<const PoseMatrix> parts) {
   }
 }
 
+/// Holds the jerk around joins to a share of the parts' own largest.
+PoseMatrix calmed_at_joins(const PoseMatrix& joined, std::span<const PoseMatrix> parts,
+                           double share) {
+  const Index reach = std::lround(kCalmReachS * joined.frame_rate_hz);
+  Eigen::RowVectorXd most =
+      Eigen::RowVectorXd::Constant(joined.frame_count(), std::numeric_limits<double>::infinity());
+  double before = local_jerk_m_s3(parts[0]).maxCoeff();
+  Index join = parts[0].frame_count();
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    const double after = local_jerk_m_s3(parts[n]).maxCoeff();
+    const Index begin = std::max<Index>(join - reach, 0);
+    const Index end = std::min<Index>(join + reach, joined.frame_count());
+    auto around = most.segment(begin, end - begin);
+    around = around.cwiseMin(share * std::max(before, after));
+    before = after;
+    join += parts[n].frame_count();
+  }
+  return calm_locally(joined, most);
+}
+
 }  // namespace
 
 std::vector<std::string> JoinOptions::problems() const {
@@ -303,6 +327,10 @@ std::vector<std::string> JoinOptions::problems() const {
       !(*longest_halflife_s >= halflife_s && std::isfinite(*longest_halflife_s))) {
     list.push_back("JoinOptions::longest_halflife_s = " + std::to_string(*longest_halflife_s) +
                    " (must be a finite number >= halflife_s)");
+  }
+  if (most_jerk_share && !(*most_jerk_share > 0.0 && std::isfinite(*most_jerk_share))) {
+    list.push_back("JoinOptions::most_jerk_share = " + std::to_string(*most_jerk_share) +
+                   " (must be a finite number > 0)");
   }
   return list;
 }
@@ -335,7 +363,7 @@ PoseMatrix concatenate(std::span<const PoseMatrix> parts, const JoinOptions& opt
     begin += parts[n].frame_count();
   }
   if (parts.size() > 1 && count > 1) out.steps.col(0) = out.steps.col(1);
-  return out;
+  return options.most_jerk_share ? calmed_at_joins(out, parts, *options.most_jerk_share) : out;
 }
 
 }  // namespace laban::motion

@@ -1,13 +1,17 @@
 #include "laban/transfer/play_choice.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "laban/blend/space_time_interpolation.h"
-#include "laban/math/low_pass.h"
+#include "laban/motion/calm.h"
 
 namespace laban::transfer {
 namespace {
+
+/// A blend may have so many times its parents' mean jerk, and at any moment so many times the
+/// largest of theirs.
+constexpr double kMostJerk = 1.2;
+constexpr double kMostLocalJerk = 1.0;
 
 /// Time warps for a blend at `alpha` in which no clip plays faster than `fastest` times: with
 /// s = dq/dp and b beyond [0, 1], clip i plays at 1 / ((1 + b) s - b) where alpha = 1 + b, so
@@ -19,40 +23,17 @@ align::TimeWarpOptions calm_warp(double alpha, double fastest) {
   return warp;
 }
 
-/// Root mean square of the third differences of all angles, per second cubed.
-double jerk_of(const motion::PoseMatrix& pose) {
-  const Eigen::Index count = pose.angles.cols() - 3;
-  if (count < 1) return 0.0;
-  const auto& x = pose.angles;
-  const double squares = (x.rightCols(count) - 3.0 * x.middleCols(2, count) +
-                          3.0 * x.middleCols(1, count) - x.leftCols(count))
-                             .squaredNorm();
-  return std::sqrt(squares / static_cast<double>(count * x.rows())) *
-         std::pow(pose.frame_rate_hz, 3);
-}
-
-motion::PoseMatrix smoothed(const motion::PoseMatrix& pose, double cutoff_hz) {
-  motion::PoseMatrix smooth = pose;
-  smooth.angles = math::low_pass(pose.angles, pose.frame_rate_hz, cutoff_hz);
-  smooth.height = math::low_pass(pose.height, pose.frame_rate_hz, cutoff_hz);
-  smooth.steps = math::low_pass(pose.steps, pose.frame_rate_hz, cutoff_hz);
-  smooth.steps.col(0) = smooth.steps.col(std::min<Eigen::Index>(1, smooth.steps.cols() - 1));
-  return smooth;
-}
-
-/// A blend without the jerks that quick play and extrapolation make of its parents' trembling:
-/// smoothed no more than brings its jerk down to theirs (joins and held feet add to it), and no
-/// further than movement itself goes (the observer looks at what is below 4 Hz).
-motion::PoseMatrix calmed(motion::PoseMatrix pose, const motion::PoseMatrix& parent_i,
+/// A blend without the jerks that quick play and extrapolation make of its parents' trembling.
+/// Where a time warp changes pace a blend may jerk for a moment: there it is held to what its
+/// parents do at most.
+motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const motion::PoseMatrix& parent_i,
                           const motion::PoseMatrix& parent_j) {
-  constexpr double kMostJerk = 1.0;
-  const double most = kMostJerk * 0.5 * (jerk_of(parent_i) + jerk_of(parent_j));
-  if (jerk_of(pose) <= most) return pose;
-  for (const double cutoff_hz : {12.0, 10.0, 8.0, 7.0, 6.0, 5.0, 4.0}) {
-    motion::PoseMatrix smooth = smoothed(pose, cutoff_hz);
-    if (jerk_of(smooth) <= most || cutoff_hz == 4.0) return smooth;
-  }
-  return pose;
+  const double usual = 0.5 * (motion::rms_jerk_m_s3(parent_i) + motion::rms_jerk_m_s3(parent_j));
+  const double largest = std::max(motion::local_jerk_m_s3(parent_i).maxCoeff(),
+                                  motion::local_jerk_m_s3(parent_j).maxCoeff());
+  return motion::calm_locally(
+      motion::calm(pose, kMostJerk * usual),
+      Eigen::RowVectorXd::Constant(pose.frame_count(), kMostLocalJerk * largest));
 }
 
 motion::FootContacts contacts_of(const motion::PoseMatrix& pose) {
@@ -71,7 +52,7 @@ PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice, dou
       blend::blend(align_pair(pose_i, pose_j, calm_warp(choice.alpha, fastest_play)), choice.alpha);
   motion::FootContacts contacts =
       blend::blend_contacts(made, choice.alpha, contacts_of(pose_i), contacts_of(pose_j));
-  return {calmed(std::move(made.pose), pose_i, pose_j), std::move(contacts)};
+  return {calmed(made.pose, pose_i, pose_j), std::move(contacts)};
 }
 
 }  // namespace laban::transfer

@@ -16,6 +16,9 @@ struct JoinOptions {
   /// parts do near the join (or, where those hardly move, than an ordinary movement does), up to
   /// this, seconds; nullopt: halflife_s always.
   std::optional<double> longest_halflife_s;
+  /// Within half a second of a join, jerk is held to this share of the largest that the parts
+  /// beside it have anywhere, by a local low-pass (calm_locally), > 0; nullopt: left as it is.
+  std::optional<double> most_jerk_share;
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;

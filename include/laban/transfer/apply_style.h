@@ -16,8 +16,9 @@ struct ApplyOptions {
   align::SegmentInputOptions segmentation;
   SearchOptions search;
   /// Offsets of joins that would bend the motion more than the fragments themselves decay up to
-  /// five times as slowly.
-  motion::JoinOptions join = {.longest_halflife_s = 0.5};
+  /// five times as slowly, and what jerks more than half as much as the fragments at most is
+  /// calmed.
+  motion::JoinOptions join = {.longest_halflife_s = 0.5, .most_jerk_share = 0.5};
   /// How fast fragments may play in a blend; in (1, 4].
   double fastest_play = kFastestPlay;
   /// A snippet that matches no content is an error; otherwise it is kept as captured and reported.

@@ -1,0 +1,163 @@
+#include "laban/motion/calm.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "laban/base/error.h"
+#include "laban/math/low_pass.h"
+#include "laban/motion/forward_kinematics.h"
+#include "laban/motion/standard_body.h"
+
+namespace laban::motion {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
+
+/// What is tried, one after the other, Hz. Movement at will hardly has anything above 6.
+constexpr std::array kCutoffsHz = {14.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.5,
+                                   5.0,  4.5,  4.0,  3.5, 3.0, 2.5, 2.0};
+/// Reach of local jerk on either side of a frame, and that of the smoothing, seconds.
+constexpr double kLocalS = 0.1;
+constexpr double kFadeS = 0.15;
+
+PoseMatrix smoothed(const PoseMatrix& pose, double cutoff_hz) {
+  PoseMatrix smooth = pose;
+  smooth.angles = math::low_pass(pose.angles, pose.frame_rate_hz, cutoff_hz);
+  smooth.height = math::low_pass(pose.height, pose.frame_rate_hz, cutoff_hz);
+  smooth.steps = math::low_pass(pose.steps, pose.frame_rate_hz, cutoff_hz);
+  smooth.steps.col(0) = smooth.steps.col(std::min<Index>(1, smooth.steps.cols() - 1));
+  return smooth;
+}
+
+/// (1 - share) a + share b, a share a frame.
+PoseMatrix mixed(const PoseMatrix& a, const PoseMatrix& b, const RowVectorXd& share) {
+  PoseMatrix mix = a;
+  for (Index f = 0; f < share.size(); ++f) {
+    if (share(f) == 0.0) continue;
+    mix.angles.col(f) += share(f) * (b.angles.col(f) - a.angles.col(f));
+    mix.height(f) += share(f) * (b.height(f) - a.height(f));
+    mix.steps.col(f) += share(f) * (b.steps.col(f) - a.steps.col(f));
+  }
+  mix.steps.col(0) = mix.steps.col(std::min<Index>(1, mix.steps.cols() - 1));
+  return mix;
+}
+
+/// Positions of all joints, 3 J x F, metres.
+MatrixXd positions_of(const PoseMatrix& pose) {
+  const Eigen::Matrix3Xd joints = joint_positions(to_standard_clip(pose));
+  return Eigen::Map<const MatrixXd>(joints.data(), 3 * kStandardJointCount, pose.frame_count());
+}
+
+/// Third differences of the rows, per second cubed; F - 3 columns.
+MatrixXd third_derivative(const MatrixXd& rows, double rate_hz) {
+  const Index count = rows.cols() - 3;
+  return (rows.rightCols(count) - 3.0 * rows.middleCols(2, count) +
+          3.0 * rows.middleCols(1, count) - rows.leftCols(count)) *
+         std::pow(rate_hz, 3);
+}
+
+/// Largest, or mean, of the values within `reach` of each (the ends go on).
+RowVectorXd largest_around(const RowVectorXd& values, Index reach) {
+  RowVectorXd result(values.size());
+  for (Index f = 0; f < values.size(); ++f) {
+    const Index begin = std::max<Index>(f - reach, 0);
+    result(f) =
+        values.segment(begin, std::min(f + reach, values.size() - 1) - begin + 1).maxCoeff();
+  }
+  return result;
+}
+RowVectorXd mean_around(const RowVectorXd& values, Index reach) {
+  RowVectorXd result(values.size());
+  for (Index f = 0; f < values.size(); ++f) {
+    double sum = 0.0;
+    for (Index k = f - reach; k <= f + reach; ++k)
+      sum += values(std::clamp<Index>(k, 0, values.size() - 1));
+    result(f) = sum / static_cast<double>(2 * reach + 1);
+  }
+  return result;
+}
+
+Index frames_in(const PoseMatrix& pose, double seconds) {
+  return std::max<Index>(1, std::lround(seconds * pose.frame_rate_hz));
+}
+
+}  // namespace
+
+double rms_jerk_m_s3(const PoseMatrix& pose) {
+  if (pose.frame_count() < 4) return 0.0;
+  MatrixXd positions = positions_of(pose);
+  const MatrixXd hips = positions.topRows<3>();
+  positions -= hips.replicate(kStandardJointCount, 1);
+  const MatrixXd jerk = third_derivative(positions, pose.frame_rate_hz);
+  return std::sqrt(jerk.squaredNorm() /
+                   static_cast<double>(jerk.cols() * (kStandardJointCount - 1)));
+}
+
+RowVectorXd local_jerk_m_s3(const PoseMatrix& pose) {
+  RowVectorXd squares = RowVectorXd::Zero(pose.frame_count());
+  if (pose.frame_count() < 4) return squares;
+  const MatrixXd jerk = third_derivative(positions_of(pose), pose.frame_rate_hz);
+  // A third difference lies between frames 1 and 2 of its four: it counts to both.
+  const RowVectorXd each = jerk.colwise().squaredNorm() / kStandardJointCount;
+  squares.segment(1, each.size()) = each;
+  squares.segment(2, each.size()) = squares.segment(2, each.size()).cwiseMax(each);
+  return mean_around(squares, frames_in(pose, kLocalS)).cwiseSqrt();
+}
+
+PoseMatrix calm(const PoseMatrix& pose, double most_m_s3) {
+  if (rms_jerk_m_s3(pose) <= most_m_s3) return pose;
+  // Jerk falls with the cutoff: the first that is low enough, by bisection.
+  std::size_t low = 0;
+  std::size_t high = kCutoffsHz.size() - 1;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (rms_jerk_m_s3(smoothed(pose, kCutoffsHz[middle])) <= most_m_s3) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return smoothed(pose, kCutoffsHz[low]);
+}
+
+PoseMatrix calm_locally(const PoseMatrix& pose, const RowVectorXd& most_m_s3) {
+  if (most_m_s3.size() != pose.frame_count()) {
+    throw base::Error(base::ErrorKind::kUsage,
+                      "calm_locally: " + std::to_string(most_m_s3.size()) + " limits for " +
+                          std::to_string(pose.frame_count()) + " frames (must be one a frame)");
+  }
+  std::vector<PoseMatrix> ladder = {pose};
+  RowVectorXd rung = RowVectorXd::Zero(pose.frame_count());
+  std::vector<bool> done(static_cast<std::size_t>(pose.frame_count()), false);
+  for (std::size_t level = 0; level <= kCutoffsHz.size(); ++level) {
+    if (level > 0) ladder.push_back(smoothed(pose, kCutoffsHz[level - 1]));
+    const RowVectorXd jerk = local_jerk_m_s3(ladder.back());
+    bool any = false;
+    for (Index f = 0; f < rung.size(); ++f) {
+      const auto cell = static_cast<std::size_t>(f);
+      if (done[cell]) continue;
+      rung(f) = static_cast<double>(level);
+      done[cell] = jerk(f) <= most_m_s3(f);
+      any = any || !done[cell];
+    }
+    if (!any) break;
+  }
+  if (rung.isZero(0.0)) return pose;
+  const Index reach = frames_in(pose, kFadeS);
+  const Index half = std::max<Index>(1, reach / 2);
+  rung = mean_around(mean_around(largest_around(rung, reach), half), half);
+  PoseMatrix result = pose;
+  for (std::size_t level = 1; level < ladder.size(); ++level) {
+    const RowVectorXd share =
+        (rung.array() - static_cast<double>(level - 1)).cwiseMax(0.0).cwiseMin(1.0);
+    result = mixed(result, ladder[level], share);
+  }
+  return result;
+}
+
+}  // namespace laban::motion
