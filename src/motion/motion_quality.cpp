@@ -1,7 +1,11 @@
 #include "laban/motion/motion_quality.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <complex>
+
+#include <unsupported/Eigen/FFT>
 
 #include "laban/math/statistics.h"
 #include "laban/motion/forward_kinematics.h"
@@ -67,6 +71,43 @@ std::vector<double> accelerations(const Eigen::MatrixXd& positions, double rate_
   return all;
 }
 
+/// Magnitudes of the lowest `count` bins of the discrete Fourier transform of length `size`.
+std::vector<double> spectrum(std::span<const double> values, std::size_t size, std::size_t count) {
+  std::vector<double> padded(values.begin(), values.end());
+  padded.resize(size, 0.0);
+  std::vector<std::complex<double>> bins;
+  Eigen::FFT<double> fft;
+  fft.fwd(bins, padded);
+  std::vector<double> magnitudes;
+  for (std::size_t k = 0; k < std::min(count, bins.size()); ++k)
+    magnitudes.push_back(std::abs(bins[k]));
+  return magnitudes;
+}
+
+/// Mean over hands and feet of the spectral arc length of their speed relative to the hips.
+double mean_arc_length(const Clip& clip, const Humanoid& humanoid) {
+  using enum StandardJoint;
+  const int hips = humanoid.mapped(kHips)->joint;
+  const Eigen::Matrix3Xd all = joint_positions(clip);
+  double sum = 0.0;
+  int count = 0;
+  for (const StandardJoint end : {kLeftHand, kRightHand, kLeftFoot, kRightFoot}) {
+    const auto& mapped = humanoid.mapped(end);
+    if (!mapped) continue;
+    std::vector<double> speed;
+    for (int f = 0; f + 1 < clip.frame_count(); ++f) {
+      const auto at = [&](int frame) {
+        const Index begin = static_cast<Index>(frame) * clip.joint_count();
+        return Eigen::Vector3d(all.col(begin + mapped->joint) - all.col(begin + hips));
+      };
+      speed.push_back((at(f + 1) - at(f)).norm() * clip.frame_rate_hz());
+    }
+    sum += spectral_arc_length(speed, clip.frame_rate_hz());
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
 /// Largest value within kJoinReach of `frame`.
 double largest_around(const std::vector<double>& values, Index frame) {
   const auto count = static_cast<Index>(values.size());
@@ -106,12 +147,32 @@ double toe_height_percentile_m(const FootPaths& paths, double toe_floor_m, doubl
   return math::percentile(heights, percent);
 }
 
+double spectral_arc_length(std::span<const double> speed, double rate_hz) {
+  constexpr double kMostHz = 10.0;
+  constexpr double kThreshold = 0.05;
+  if (speed.size() < 2) return 0.0;
+  const std::size_t size = 16 * std::bit_ceil(speed.size());
+  const auto most = static_cast<std::size_t>(kMostHz * static_cast<double>(size) / rate_hz) + 1;
+  std::vector<double> magnitudes = spectrum(speed, size, std::min(most, size / 2 + 1));
+  const double largest = *std::max_element(magnitudes.begin(), magnitudes.end());
+  if (!(largest > 1e-12)) return 0.0;
+  for (double& magnitude : magnitudes) magnitude /= largest;
+  // Speeds are never negative, so the spectrum is largest, 1, at 0.
+  std::size_t last = magnitudes.size() - 1;
+  while (last > 0 && magnitudes[last] < kThreshold) --last;
+  double length = 0.0;
+  for (std::size_t k = 0; k < last; ++k)
+    length += std::hypot(1.0 / static_cast<double>(last), magnitudes[k + 1] - magnitudes[k]);
+  return -length;
+}
+
 MotionQuality measure_quality(const Clip& clip, const Humanoid& humanoid, const FootFloor& floor) {
   const FootPaths paths = foot_paths(clip, humanoid);
   const Eigen::MatrixXd positions = standard_positions(clip, humanoid);
-  return {
-      foot_skate_cm(paths, floor.toe_m), toe_height_percentile_m(paths, floor.toe_m, kFloorPercent),
-      rms_jerk(positions, clip.frame_rate_hz()), accelerations(positions, clip.frame_rate_hz())};
+  return {foot_skate_cm(paths, floor.toe_m),
+          toe_height_percentile_m(paths, floor.toe_m, kFloorPercent),
+          rms_jerk(positions, clip.frame_rate_hz()), mean_arc_length(clip, humanoid),
+          accelerations(positions, clip.frame_rate_hz())};
 }
 
 std::optional<double> join_acceleration_percentile(const MotionQuality& output,

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <span>
 
+#include "laban/align/dtw.h"
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
 
@@ -144,6 +146,30 @@ StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
   return styled;
 }
 
+std::optional<double> content_ratio(const StyleModel& model, const AppliedStyle& applied,
+                                    const motion::PoseMatrix& input) {
+  const align::ContentMetric& metric = model.database.metric();
+  const auto features = [&](const motion::PoseMatrix& pose) {
+    return metric.features(pose, metric.mean_pose(std::span(&pose, 1)));
+  };
+  double sum = 0.0;
+  double frames = 0.0;
+  for (const AppliedSnippet& snippet : applied.snippets) {
+    const auto group = static_cast<std::size_t>(
+        model.contents.numbers[static_cast<std::size_t>(snippet.fragment)]);
+    const double usual = model.match_costs[group].median;
+    if (snippet.kept || usual <= 0.0) continue;
+    const double cost =
+        align::dtw_cost(features(applied.pose.slice(snippet.output_begin, snippet.output_end)),
+                        features(input.slice(snippet.begin, snippet.end)))
+            .mean_cost();
+    const double count = snippet.output_end - snippet.output_begin;
+    sum += count * cost / usual;
+    frames += count;
+  }
+  return frames > 0.0 ? std::optional(sum / frames) : std::nullopt;
+}
+
 StyledQuality measure_styled(const StyledClip& styled, const motion::Humanoid& humanoid) {
   const motion::FootFloor floor = styled.floor.value_or(motion::FootFloor{});
   StyledQuality quality;
@@ -155,6 +181,7 @@ StyledQuality measure_styled(const StyledClip& styled, const motion::Humanoid& h
     const double share = 1.0 / static_cast<double>(styled.sources.size());
     quality.source_skate_cm += share * sources.back().foot_skate_cm;
     quality.source_toe_height_m += share * sources.back().toe_height_m;
+    quality.source_spectral_arc_length += share * sources.back().spectral_arc_length;
     quality.source_jerk_m_s3 += share * sources.back().jerk_m_s3;
   }
   quality.join_percentile =

@@ -143,6 +143,33 @@ TEST(FootLock, NeverOverstretchesAKnee) {
   EXPECT_GT(locked.deepest_m, 0.0) << "the pelvis goes down first";
 }
 
+// Knees that a blend has overstretched by a few degrees, on and off: solved frame by frame they
+// snapped between bent and overstretched. What is added may bend a knee's path as an 8 Hz movement
+// of a few centimetres does, and no more.
+TEST(FootLock, NearlyStraightKneesDoNotSnap) {
+  Clip clip = sliding(0.02, 0.05);
+  std::vector<Eigen::Quaterniond> rotations;
+  for (int f = 0; f < kFrames; ++f) {
+    const auto local = clip.rotations(f);
+    rotations.insert(rotations.end(), local.begin(), local.end());
+    const auto shin =
+        static_cast<std::size_t>(f * kStandardJointCount + index_of(StandardJoint::kLeftShin));
+    rotations[shin] = math::exp({0.06 * std::sin(0.3 * f), 0.0, 0.0});
+  }
+  clip = Clip(clip.shared_skeleton(), kRateHz, clip.root_positions(), rotations);
+  const Clip locked = lock_feet(clip, humanoid_of(clip), left_toe()).clip;
+  const auto knee = [&](const Clip& of, int f) {
+    return Eigen::Vector3d(
+        forward_kinematics(of, f).positions.col(index_of(StandardJoint::kLeftShin)));
+  };
+  double largest = 0.0;
+  for (int f = 1; f + 1 < kFrames; ++f) {
+    const Eigen::Vector3d bend = knee(locked, f + 1) - 2.0 * knee(locked, f) + knee(locked, f - 1);
+    largest = std::max(largest, bend.norm() * kRateHz * kRateHz);
+  }
+  EXPECT_LT(largest, 0.04 * std::pow(2.0 * std::numbers::pi * 8.0, 2));
+}
+
 TEST(FootLock, PutsTheFeetOnTheFloorThatIsGiven) {
   const Clip clip = sliding();
   FootLockOptions options;
@@ -222,6 +249,22 @@ TEST(MotionQuality, FootSkateIsThatOfASlideWorkedByHand) {
   EXPECT_NEAR(foot_skate_cm(paths, 0.0), 0.0, 1e-12);
   paths.points[1].row(1).setConstant(0.0125);
   EXPECT_NEAR(foot_skate_cm(paths, 0.0), 2.0 - std::sqrt(2.0), 1e-12);
+}
+
+// The authors' own example, sparc.py: exp(-5 t^2) over [-1, 1) at 100 Hz gives -1.41403.
+TEST(MotionQuality, SpectralArcLengthIsThatOfItsAuthors) {
+  std::vector<double> stroke;
+  for (int k = 0; k < 200; ++k) stroke.push_back(std::exp(-5.0 * std::pow(-1.0 + 0.01 * k, 2)));
+  EXPECT_NEAR(spectral_arc_length(stroke, 100.0), -1.41403, 5e-6);
+  // Its size does not matter; two strokes with a halt between them are less smooth than one.
+  std::vector<double> larger = stroke;
+  for (double& speed : larger) speed *= 7.0;
+  EXPECT_NEAR(spectral_arc_length(larger, 100.0), -1.41403, 5e-6);
+  std::vector<double> twice = stroke;
+  twice.insert(twice.end(), stroke.begin(), stroke.end());
+  EXPECT_LT(spectral_arc_length(twice, 100.0), -1.8);
+  EXPECT_EQ(spectral_arc_length(std::vector<double>(50, 0.0), 100.0), 0.0);
+  EXPECT_EQ(spectral_arc_length(std::vector<double>{1.0}, 100.0), 0.0);
 }
 
 TEST(MotionQuality, AJumpStandsOutAmongAccelerations) {

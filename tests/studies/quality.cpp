@@ -12,12 +12,15 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <regex>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "laban/align/dtw.h"
 #include "laban/base/error.h"
 #include "laban/effort/observer.h"
 #include "laban/io/clip_file.h"
@@ -176,7 +179,45 @@ struct Row {
   transfer::StyledQuality quality;
   int joins = 0;
   double above_source_floor_m = 0.0;  ///< 2nd percentile of toe height over the sources' floor
+  std::optional<double> content_ratio;
+  int snippets = 0;
+  int named = 0;  ///< snippets whose nearest group is still the action
 };
+
+/// Which content a snippet shows, as a nearest-neighbour classifier names it: the group of the
+/// fragment of least mean DTW cost, all relative to their own mean poses; the two fragments that
+/// the blend is made of are left out.
+int nearest_group(const transfer::StyleModel& model, const motion::PoseMatrix& pose,
+                  const transfer::BlendChoice& choice) {
+  const align::ContentMetric& metric = model.database.metric();
+  const auto features = [&](const motion::PoseMatrix& of) {
+    return metric.features(of, metric.mean_pose(std::span(&of, 1)));
+  };
+  const Eigen::MatrixXd own = features(pose);
+  int nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < static_cast<int>(model.fragments.size()); ++k) {
+    if (k == choice.fragment_i || k == choice.fragment_j) continue;
+    const auto cell = static_cast<std::size_t>(k);
+    const double cost = align::dtw_cost(own, features(model.fragments[cell].pose)).mean_cost();
+    if (cost < least) nearest = model.contents.numbers[cell];
+    least = std::min(least, cost);
+  }
+  return nearest;
+}
+
+void count_named(const transfer::StyleModel& model, const transfer::AppliedStyle& applied,
+                 Row& row) {
+  for (const transfer::AppliedSnippet& snippet : applied.snippets) {
+    if (snippet.kept) continue;
+    ++row.snippets;
+    const int group = model.contents.numbers[static_cast<std::size_t>(snippet.fragment)];
+    row.named += nearest_group(model, applied.pose.slice(snippet.output_begin, snippet.output_end),
+                               snippet.choice) == group
+                     ? 1
+                     : 0;
+  }
+}
 
 struct Column {
   std::vector<double> values;
@@ -189,7 +230,8 @@ struct Column {
 };
 
 void print_table(const char* title, const std::vector<Row>& rows, double capture_skate) {
-  Column skate, own_skate, sunk, sunk_source, jerk, joins;
+  Column skate, own_skate, sunk, sunk_source, jerk, joins, contents;
+  int snippets = 0, named = 0, named_applies = 0;
   int skate_held = 0, sunk_held = 0, jerk_held = 0, joins_held = 0;
   for (const Row& row : rows) {
     const auto& q = row.quality;
@@ -201,6 +243,10 @@ void print_table(const char* title, const std::vector<Row>& rows, double capture
     skate_held += q.output.foot_skate_cm <= 1.1 * q.source_skate_cm ? 1 : 0;
     sunk_held += row.above_source_floor_m >= -0.01 ? 1 : 0;
     jerk_held += jerk.values.back() <= 1.5 ? 1 : 0;
+    if (row.content_ratio) contents.values.push_back(*row.content_ratio);
+    snippets += row.snippets;
+    named += row.named;
+    named_applies += row.named == row.snippets ? 1 : 0;
     if (!q.join_percentile) continue;
     joins.values.push_back(*q.join_percentile);
     joins_held += *q.join_percentile <= 99.0 ? 1 : 0;
@@ -215,6 +261,9 @@ void print_table(const char* title, const std::vector<Row>& rows, double capture
   sunk.print("  below the floor it is to stand on", "cm");
   jerk.print("jerk over that of the sources (bar 1.5)", "");
   joins.print("worst join's percentile in captures (bar 99)", "%");
+  contents.print("content: DTW cost to the input over the usual one (bar 1)", "");
+  std::printf("  nearest group names the action: %d of %d snippets, all snippets of %d of %zu\n",
+              named, snippets, named_applies, rows.size());
   std::printf("  within the bar: skate %d, toes %d, jerk %d of %zu; joins %d of %zu\n", skate_held,
               sunk_held, jerk_held, rows.size(), joins_held, joins.values.size());
 }
@@ -273,7 +322,12 @@ void run(const std::filesystem::path& folder, const std::string& pattern,
         const transfer::StyledClip styled =
             transfer::play_style(model, applied, input.capture, {.hold_feet = hold_feet});
         Row row{transfer::measure_styled(styled, input.capture.humanoid),
-                static_cast<int>(styled.joins.size()), 0.0};
+                static_cast<int>(styled.joins.size()),
+                0.0,
+                transfer::content_ratio(model, applied, pose),
+                0,
+                0};
+        count_named(model, applied, row);
         if (styled.floor && styled.source_floor) {
           row.above_source_floor_m =
               row.quality.output.toe_height_m + styled.floor->toe_m - styled.source_floor->toe_m;

@@ -68,7 +68,8 @@ QualityCheck check_quality(const CapturedClip& clip, const CapturedClip& against
 Json quality_json(const motion::MotionQuality& quality) {
   return {{"foot_skate_cm_per_frame", quality.foot_skate_cm},
           {"toe_height_2nd_percentile_m", quality.toe_height_m},
-          {"jerk_rms_m_s3", quality.jerk_m_s3}};
+          {"jerk_rms_m_s3", quality.jerk_m_s3},
+          {"spectral_arc_length", quality.spectral_arc_length}};
 }
 
 void print_check(const MeasureVerb& verb, const QualityCheck& check) {
@@ -80,6 +81,8 @@ void print_check(const MeasureVerb& verb, const QualityCheck& check) {
   line("toes over the floor, 2nd percentile, cm", 100.0 * check.clip.toe_height_m,
        100.0 * check.against.toe_height_m);
   line("jerk, rms, m/s^3", check.clip.jerk_m_s3, check.against.jerk_m_s3);
+  line("spectral arc length of hands and feet", check.clip.spectral_arc_length,
+       check.against.spectral_arc_length);
   for (const std::string& found : check.found)
     warn(verb.common, verb.inputs.front() + ": " + found);
 }

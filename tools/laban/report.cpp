@@ -65,6 +65,8 @@ Json to_json(const transfer::StyledQuality& quality) {
           {"toe_height_sources_m", number(quality.source_toe_height_m)},
           {"jerk_rms_m_s3", number(quality.output.jerk_m_s3)},
           {"jerk_sources_m_s3", number(quality.source_jerk_m_s3)},
+          {"spectral_arc_length", number(quality.output.spectral_arc_length)},
+          {"spectral_arc_length_sources", number(quality.source_spectral_arc_length)},
           {"join_acceleration_percentile",
            quality.join_percentile ? number(*quality.join_percentile) : Json()}};
 }

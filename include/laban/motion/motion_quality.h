@@ -19,11 +19,20 @@ namespace laban::motion {
 [[nodiscard]] double toe_height_percentile_m(const FootPaths& paths, double toe_floor_m,
                                              double percent = 2.0);
 
+/// Spectral arc length of a speed profile [Balasubramanian15]: minus the length of its normalised
+/// magnitude spectrum, from 0 to the highest frequency (at most 10 Hz) at which that is 0.05 or
+/// more; the spectrum is that of the samples padded with zeros to 16 times the next power of two.
+/// About -1.4 for one smooth stroke, less the more halts and tremor; whatever the profile's size
+/// and length. 0 for fewer than 2 samples or no movement.
+[[nodiscard]] double spectral_arc_length(std::span<const double> speed, double rate_hz);
+
 /// What can be told of one clip: the figures of DESIGN 7 that need no comparison.
 struct MotionQuality {
   double foot_skate_cm = 0.0;  ///< cm per frame at 30 Hz
   double toe_height_m = 0.0;   ///< 2nd percentile over the floor
   double jerk_m_s3 = 0.0;      ///< rms over joints and frames, positions relative to the hips
+  /// Mean spectral arc length of the speeds of hands and feet as seen from the hips.
+  double spectral_arc_length = 0.0;
   /// For each frame the rms over the standard joints of the length of the acceleration, m/s^2; 0 at
   /// both ends.
   std::vector<double> acceleration_m_s2;

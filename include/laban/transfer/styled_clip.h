@@ -45,12 +45,21 @@ struct StyledClip {
 /// How good a styled clip is beside its sources (DESIGN 7).
 struct StyledQuality {
   motion::MotionQuality output;
-  double source_skate_cm = 0.0;      ///< mean over the sources, each over its own floor
-  double source_toe_height_m = 0.0;  ///< mean of their 2nd percentiles
-  double source_jerk_m_s3 = 0.0;     ///< mean over the sources
+  double source_skate_cm = 0.0;             ///< mean over the sources, each over its own floor
+  double source_toe_height_m = 0.0;         ///< mean of their 2nd percentiles
+  double source_jerk_m_s3 = 0.0;            ///< mean over the sources
+  double source_spectral_arc_length = 0.0;  ///< mean over the sources
   /// Percentile of the worst join's acceleration inside the sources; nullopt without a join.
   std::optional<double> join_percentile;
 };
+
+/// Content kept (DESIGN 7): mean DTW cost of each snippet's output to its input, each relative to
+/// its own mean pose, under the model's metric, divided by the median cost inside its content
+/// group; snippets count by their frames. nullopt if all are kept as captured.
+/// @param input  the pose matrix that was given to apply_style.
+[[nodiscard]] std::optional<double> content_ratio(const StyleModel& model,
+                                                  const AppliedStyle& applied,
+                                                  const motion::PoseMatrix& input);
 
 [[nodiscard]] StyledQuality measure_styled(const StyledClip& styled,
                                            const motion::Humanoid& humanoid);
