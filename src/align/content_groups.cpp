@@ -1,6 +1,7 @@
 #include "laban/align/content_groups.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -9,6 +10,9 @@
 #include "laban/base/error.h"
 #include "laban/math/parallel.h"
 #include "laban/math/statistics.h"
+
+#include "align/lane_frames.h"
+#include "align/local_distance.h"
 
 namespace laban::align {
 namespace {
@@ -109,23 +113,92 @@ Inside inside_group(const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::spa
   return result;
 }
 
+// A fragment beside the fragments of a group, all by their places.
+struct GroupOfPairs {
+  std::size_t place;
+  std::size_t group_begin;
+};
+
+// All fragments by falling length, as rows and as lanes. Groups of lanes begin at every half group:
+// a fragment is aligned with those after it, and so wastes few lanes on those before.
+struct PackedFragments {
+  const LaneKernels& kernels = lane_kernels();
+  const std::size_t lanes = static_cast<std::size_t>(kernels.lanes);
+  Scaling scaling;
+  std::vector<int> order;           // fragment at each place
+  std::vector<PackedRows> rows;     // one a place
+  std::vector<PackedLanes> groups;  // from place n lanes / 2 on
+
+  explicit PackedFragments(std::span<const Eigen::MatrixXd> features)
+      : scaling(Scaling::of(features)), order(longest_first(features)) {
+    std::vector<Eigen::MatrixXf> scaled;
+    for (const int i : order) {
+      scaled.push_back(scaling.apply(features[static_cast<std::size_t>(i)]));
+      rows.emplace_back(scaled.back(), kernels);
+    }
+    for (std::size_t begin = 0; begin < scaled.size(); begin += lanes / 2) {
+      std::vector<const Eigen::MatrixXf*> group;
+      for (std::size_t n = begin; n < std::min(begin + lanes, scaled.size()); ++n) {
+        group.push_back(&scaled[n]);
+      }
+      groups.emplace_back(group, kernels);
+    }
+  }
+
+  [[nodiscard]] const PackedLanes& group(std::size_t begin) const {
+    return groups[begin / (lanes / 2)];
+  }
+
+  // Every pair of places once.
+  [[nodiscard]] std::vector<GroupOfPairs> work() const {
+    std::vector<GroupOfPairs> work;
+    const std::size_t half = lanes / 2;
+    for (std::size_t place = 0; place + 1 < order.size(); ++place) {
+      const std::size_t first = (place + 1) / half * half;
+      for (std::size_t begin = first; begin < order.size(); begin += lanes) {
+        work.push_back({place, begin});
+      }
+    }
+    return work;
+  }
+};
+
+void align_group(const PackedFragments& packed, const GroupOfPairs& work, PairCosts& costs) {
+  const PackedRows& x = packed.rows[work.place];
+  const PackedLanes& y = packed.group(work.group_begin);
+  const std::size_t count = std::min(packed.lanes, packed.order.size() - work.group_begin);
+  const int i = packed.order[work.place];
+  std::array<bool, kMostLanes> swapped = {};  // ties as in dtw(features[lower], features[higher])
+  for (std::size_t l = 0; l < count; ++l) swapped[l] = packed.order[work.group_begin + l] < i;
+  LaneDtw dtw(packed.kernels, y.frame_count());
+  dtw.begin(x, y, swapped.data());
+  while (dtw.advance()) continue;
+  for (std::size_t l = 0; l < count; ++l) {
+    const std::size_t place = work.group_begin + l;
+    if (place <= work.place) continue;
+    const int j = packed.order[place];
+    const int last = packed.rows[place].frame_count() - 1;
+    const double cost = packed.scaling.unscaled_cost(dtw.cost(static_cast<int>(l), last));
+    costs.cost(i, j) = costs.cost(j, i) = cost;
+    costs.mean_cost(i, j) = costs.mean_cost(j, i) = cost / dtw.length(static_cast<int>(l), last);
+  }
+}
+
 }  // namespace
 
 PairCosts all_pair_costs(std::span<const Eigen::MatrixXd> features, int threads) {
-  const auto count = static_cast<int>(features.size());
-  PairCosts costs{Eigen::MatrixXd::Zero(count, count), Eigen::MatrixXd::Zero(count, count)};
-  std::vector<std::pair<int, int>> pairs;
-  for (int i = 0; i < count; ++i) {
-    for (int j = i + 1; j < count; ++j) pairs.emplace_back(i, j);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const std::string place = "all_pair_costs: fragment " + std::to_string(i);
+    require_sequence(features[i], place);
+    require_same_rows(features[i].rows(), features[0].rows(), place);
   }
-  math::parallel_for(static_cast<int>(pairs.size()), threads, [&](int n) {
-    const int i = pairs[static_cast<std::size_t>(n)].first;
-    const int j = pairs[static_cast<std::size_t>(n)].second;
-    const DtwCost cost =
-        dtw_cost(features[static_cast<std::size_t>(i)], features[static_cast<std::size_t>(j)]);
-    costs.cost(i, j) = costs.cost(j, i) = cost.cost;
-    costs.mean_cost(i, j) = costs.mean_cost(j, i) = cost.mean_cost();
-  });
+  const auto count = static_cast<Eigen::Index>(features.size());
+  PairCosts costs{Eigen::MatrixXd::Zero(count, count), Eigen::MatrixXd::Zero(count, count)};
+  if (features.empty()) return costs;
+  const PackedFragments packed(features);
+  const std::vector<GroupOfPairs> work = packed.work();
+  math::parallel_for(static_cast<int>(work.size()), threads,
+                     [&](int n) { align_group(packed, work[static_cast<std::size_t>(n)], costs); });
   return costs;
 }
 

@@ -1,268 +1,47 @@
 #include "laban/align/one_stage_dp.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <cstring>
 #include <limits>
-#include <numeric>
 
+#include "laban/align/dtw.h"
 #include "laban/base/error.h"
 
+#include "align/lane_frames.h"
 #include "align/local_distance.h"
+#include "align/one_stage.h"
 
 namespace laban::align {
 namespace {
 
 // Notation [Torresani06, eq. 8-11]       here (all counts from 0)
 //   Y(p), T        input, its length      input.col(p), T
-//   X_i(q), T_i    fragment i             Database: frames.col(column(i, q)), length[i]
-//   d(p, q, i)     local distance         d[column(i, q)]
+//   X_i(q), T_i    fragment i             fragments[i].col(q), its cols()
+//   d(p, q, i)     local distance         one cell of a block of distances
 //   w(n)           path (p, q, i)         never stored: a cell carries where its snippet began
 //
 // [Ney84]: with (entry frame, best finished snippet a frame) the chain of snippets is traced back
 // in memory O(T + S).
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kBlockFrames = 32;   // input frames a product: S x 32 distances at a time
-constexpr std::size_t kLanes = 4;  // fragments side by side: their recursions do not wait for
-                                   // each other
-
-// The best path to a cell: its cost from the input's first frame, and of its current snippet the
-// first input frame (upper half) and the number of cells so far (lower half).
-struct Cell {
-  double cost = kInfinity;
-  std::int64_t snippet = 0;
-
-  [[nodiscard]] static Cell entering(double cost, int frame) {
-    return {cost, static_cast<std::int64_t>(frame) << 32};
-  }
-  [[nodiscard]] int entry() const { return static_cast<int>(snippet >> 32); }
-  [[nodiscard]] int length() const { return static_cast<int>(snippet & 0xffffffff); }
-};
 
 // The best chain of snippets that ends at an input frame with a fragment's last frame.
 struct Finished {
-  Cell cell;
+  double cost = kInfinity;  // from some common cost on
+  int entry = 0;            // first input frame of its last snippet
   int fragment = 0;
 };
 
-// All fragments in groups of kLanes of about one length, frame q of a group's fragments side by
-// side. Shorter fragments and empty lanes are padded with zeros: what the recursion makes of them
-// is never looked at, as nothing flows back from behind a fragment's end.
-struct Database {
-  struct Group {
-    std::size_t begin;   // first column / kLanes
-    std::size_t length;  // of its longest fragment
-  };
-  Eigen::MatrixXd frames;           // D x (S + padding)
-  std::vector<Group> groups;        //
-  std::vector<std::size_t> length;  // T_i
-  std::vector<std::size_t> first;   // column of a fragment's frame 0
-
-  explicit Database(std::span<const Eigen::MatrixXd> fragments)
-      : length(fragments.size()), first(fragments.size()) {
-    std::vector<std::size_t> longest_first(fragments.size());
-    std::iota(longest_first.begin(), longest_first.end(), std::size_t{0});
-    std::stable_sort(longest_first.begin(), longest_first.end(), [&](std::size_t a, std::size_t b) {
-      return fragments[a].cols() > fragments[b].cols();
-    });
-    std::size_t begin = 0;
-    for (std::size_t n = 0; n < longest_first.size(); ++n) {
-      const std::size_t i = longest_first[n];
-      length[i] = static_cast<std::size_t>(fragments[i].cols());
-      if (n % kLanes == 0) {
-        groups.push_back({begin, length[i]});
-        begin += length[i];
-      }
-      first[i] = groups.back().begin * kLanes + n % kLanes;
-    }
-    frames.setZero(fragments[0].rows(), static_cast<Eigen::Index>(begin * kLanes));
-    for (std::size_t i = 0; i < fragments.size(); ++i) {
-      for (std::size_t q = 0; q < length[i]; ++q) {
-        frames.col(static_cast<Eigen::Index>(column(i, q))) =
-            fragments[i].col(static_cast<Eigen::Index>(q));
-      }
-    }
-  }
-
-  [[nodiscard]] std::size_t column(std::size_t i, std::size_t q) const {
-    return first[i] + q * kLanes;
-  }
-  [[nodiscard]] std::size_t last_column(std::size_t i) const { return column(i, length[i] - 1); }
-};
-
-// The paper's steps: one cell a database frame, overwritten from input frame to input frame.
-class FreeSteps {
- public:
-  explicit FreeSteps(const Database& database)
-      : database_(database),
-        cells_(static_cast<std::size_t>(database.frames.cols()) / kLanes, all_lanes(Cell{})) {}
-
-  // Moves on by an input frame. `entering` begins a snippet at it, without its distance.
-  void advance(const Cell& entering, const double* d) {
-    for (const Database::Group& group : database_.groups) {
-      advance_group(group, entering, d + group.begin * kLanes);
-    }
-  }
-
-  // The best path to the end of a fragment at the present input frame.
-  [[nodiscard]] Cell finished(std::size_t i) const {
-    const std::size_t column = database_.last_column(i);
-    const LaneCells& cells = cells_[column / kLanes];
-    const std::size_t lane = column % kLanes;
-    return {cells.cost[lane / kWidth][lane % kWidth], cells.snippet[lane / kWidth][lane % kWidth]};
-  }
-
- private:
-  // Vectors of the compiler (g++ and clang++): arithmetic, comparison and choice lane by lane. 16
-  // bytes is what every x86-64 and AArch64 has; wider ones would be taken apart again.
-  static constexpr std::size_t kWidth = 2;
-  using Costs = double __attribute__((vector_size(kWidth * sizeof(double))));
-  using Snippets = std::int64_t __attribute__((vector_size(kWidth * sizeof(std::int64_t))));
-  struct LaneCells {
-    std::array<Costs, kLanes / kWidth> cost;
-    std::array<Snippets, kLanes / kWidth> snippet;
-  };
-
-  [[nodiscard]] static LaneCells all_lanes(const Cell& cell) {
-    LaneCells cells;
-    cells.cost.fill(Costs{} + cell.cost);
-    cells.snippet.fill(Snippets{} + cell.snippet);
-    return cells;
-  }
-
-  // The recursion of eq. 9-11 on kLanes fragments at once. A later predecessor is taken only if it
-  // is cheaper, so ties go to the one named first.
-  void advance_group(const Database::Group& group, const Cell& entering, const double* d) {
-    LaneCells* cell = cells_.data() + group.begin;
-    LaneCells diagonal = all_lanes(Cell{});
-    LaneCells left = all_lanes(entering);
-    for (std::size_t q = 0; q < group.length; ++q) {
-      const LaneCells above = cell[q];
-      for (std::size_t v = 0; v < kLanes / kWidth; ++v) {
-        Costs distance;
-        std::memcpy(&distance, d + q * kLanes + v * kWidth, sizeof distance);
-        Costs cost = diagonal.cost[v];
-        Snippets snippet = diagonal.snippet[v];
-        const auto hold = above.cost[v] < cost;
-        cost = hold ? above.cost[v] : cost;
-        snippet = hold ? above.snippet[v] : snippet;
-        const auto skip = left.cost[v] < cost;
-        cost = skip ? left.cost[v] : cost;
-        snippet = skip ? left.snippet[v] : snippet;
-        left.cost[v] = cost + distance;
-        left.snippet[v] = snippet + 1;
-      }
-      cell[q] = left;
-      diagonal = above;
-    }
-  }
-
-  const Database& database_;
-  std::vector<LaneCells> cells_;  // of the previous input frame
-};
-
-// Steps under a slope limit s. A cell has 2 s - 1 states: reached diagonally (or by entering), by k
-// holds (p-1, q) in a row, or by k skips (p, q-1) in a row, k = 1 .. s - 1. Holds and skips begin
-// after a diagonal step only, so every frame of the fragment meets at most s input frames, and
-// every input frame at most s of the fragment's.
-class LimitedSteps {
- public:
-  LimitedSteps(const Database& database, int slope_limit)
-      : database_(database),
-        run_count_(static_cast<std::size_t>(slope_limit - 1)),
-        state_count_(2 * run_count_ + 1),
-        cells_(state_count_ * static_cast<std::size_t>(database.frames.cols())),
-        above_(state_count_),
-        diagonal_(state_count_) {}
-
-  void advance(const Cell& entering, const double* d) {
-    for (std::size_t i = 0; i < database_.length.size(); ++i) advance_fragment(i, entering, d);
-  }
-
-  [[nodiscard]] Cell finished(std::size_t i) const {
-    return best_of(cells_.data() + database_.last_column(i) * state_count_);
-  }
-
- private:
-  void advance_fragment(std::size_t i, const Cell& entering, const double* d) {
-    for (std::size_t q = 0; q < database_.length[i]; ++q) {
-      const std::size_t column = database_.column(i, q);
-      Cell* cell = cells_.data() + column * state_count_;
-      std::copy_n(cell, state_count_, above_.begin());
-      const Cell* left = q == 0 ? nullptr : cell - kLanes * state_count_;
-      cell[0] = extended(q == 0 ? entering : best_of(diagonal_.data()), d[column]);
-      for (std::size_t k = 0; k < run_count_; ++k) {
-        const std::size_t before_skip = k == 0 ? 0 : run_count_ + k;
-        cell[1 + k] = extended(above_[k], d[column]);
-        cell[1 + run_count_ + k] =
-            left == nullptr ? Cell{} : extended(left[before_skip], d[column]);
-      }
-      diagonal_.swap(above_);
-    }
-  }
-
-  [[nodiscard]] static Cell extended(const Cell& cell, double distance) {
-    return {cell.cost + distance, cell.snippet + 1};
-  }
-
-  [[nodiscard]] Cell best_of(const Cell* states) const {
-    Cell best = states[0];
-    for (std::size_t k = 1; k < state_count_; ++k) {
-      if (states[k].cost < best.cost) best = states[k];
-    }
-    return best;
-  }
-
-  const Database& database_;
-  std::size_t run_count_;    // s - 1
-  std::size_t state_count_;  // 2 s - 1
-  std::vector<Cell> cells_;  // states of a database frame side by side
-  std::vector<Cell> above_;
-  std::vector<Cell> diagonal_;
-};
-
-// The best finished snippet at every input frame.
-template <typename Steps>
-std::vector<Finished> run(const Eigen::Ref<const Eigen::MatrixXd>& input, const Database& database,
-                          double snippet_cost, Steps steps) {
-  const int frame_count = static_cast<int>(input.cols());
-  LocalDistance distance(input, database.frames);
-  std::vector<Finished> finished(static_cast<std::size_t>(frame_count));
-  double cost_before = 0.0;  // of the chain that ends before this frame
-  for (int begin = 0; begin < frame_count; begin += kBlockFrames) {
-    const int count = std::min(kBlockFrames, frame_count - begin);
-    const Eigen::MatrixXd& block = distance.block(begin, count);
-    for (int p = begin; p < begin + count; ++p) {
-      steps.advance(Cell::entering(cost_before + snippet_cost, p), block.col(p - begin).data());
-      Finished& best = finished[static_cast<std::size_t>(p)];
-      for (std::size_t i = 0; i < database.length.size(); ++i) {
-        const Cell cell = steps.finished(i);
-        if (cell.cost < best.cell.cost) best = {cell, static_cast<int>(i)};
-      }
-      cost_before = best.cell.cost;
-    }
-  }
-  return finished;
-}
-
-std::optional<Segmentation> trace_back(const std::vector<Finished>& finished, double snippet_cost) {
-  if (finished.back().cell.cost == kInfinity) return std::nullopt;
-  Segmentation result;
-  result.cost = finished.back().cell.cost;
+// The last snippet of each frame's best chain, so that the whole chain is known.
+std::vector<Snippet> trace_back(const std::vector<Finished>& finished) {
+  std::vector<Snippet> snippets;
   for (int end = static_cast<int>(finished.size()); end > 0;) {
     const Finished& last = finished[static_cast<std::size_t>(end - 1)];
-    const int begin = last.cell.entry();
-    const double before =
-        begin == 0 ? 0.0 : finished[static_cast<std::size_t>(begin - 1)].cell.cost;
-    // The difference of two sums may fall below 0 by round-off.
-    const double cost = std::max(0.0, last.cell.cost - before - snippet_cost);
-    result.snippets.push_back({begin, end, last.fragment, cost, last.cell.length()});
-    end = begin;
+    snippets.push_back({last.entry, end, last.fragment});
+    end = last.entry;
   }
-  std::reverse(result.snippets.begin(), result.snippets.end());
-  return result;
+  std::reverse(snippets.begin(), snippets.end());
+  return snippets;
 }
 
 void require_valid(const Eigen::Ref<const Eigen::MatrixXd>& input,
@@ -295,16 +74,288 @@ std::vector<std::string> SegmentOptions::problems() const {
   return found;
 }
 
+// How a path may run through the fragments.
+class OneStage::Steps {
+ public:
+  virtual ~Steps() = default;
+  [[nodiscard]] virtual std::optional<Segmentation> segment(
+      const Eigen::Ref<const Eigen::MatrixXd>& input) const = 0;
+};
+
+// The paper's steps, in single precision: `lanes` fragments of about one length side by side, one
+// cell a database frame, overwritten from input frame to input frame. Costs are kept from that of
+// the best chain on, so that they stay small however long the input; what a snippet costs is said
+// by its own alignment in double precision.
+class OneStage::FreeSteps : public OneStage::Steps {
+ public:
+  FreeSteps(const Eigen::Ref<const Eigen::MatrixXd>& like,
+            std::span<const Eigen::MatrixXd> fragments, double snippet_cost)
+      : fragments_(fragments),
+        scaling_(Scaling::of(fragments).covering(like)),
+        snippet_cost_(snippet_cost),
+        last_cell_(fragments.size()) {
+    const std::vector<int> order = longest_first(fragments);
+    const auto lanes = static_cast<std::size_t>(kernels_.lanes);
+    for (std::size_t begin = 0; begin < order.size(); begin += lanes) {
+      add_group(std::span(order).subspan(begin, std::min(lanes, order.size() - begin)));
+    }
+  }
+
+  [[nodiscard]] std::optional<Segmentation> segment(
+      const Eigen::Ref<const Eigen::MatrixXd>& input) const override {
+    Segmentation result{trace_back(best_chains(input))};
+    for (Snippet& snippet : result.snippets) {
+      const DtwCost own = dtw_cost(input.middleCols(snippet.begin, snippet.end - snippet.begin),
+                                   fragments_[static_cast<std::size_t>(snippet.fragment)]);
+      snippet.cost = own.cost;
+      snippet.path_length = own.path_length;
+      result.cost += own.cost + snippet_cost_;
+    }
+    return result;
+  }
+
+ private:
+  // A block of distances takes kBlockFrames x 4 bytes a database frame, whose own features are read
+  // once a block.
+  static constexpr int kBlockFrames = 48;
+  static constexpr float kHuge = 1e30F;  // no chain costs as much: no scaled value is beyond 1
+
+  struct Group {
+    std::size_t first_cell;
+    PackedLanes frames;
+  };
+
+  // The cells of all groups, of the previous input frame.
+  struct Cells {
+    AlignedArray<float> cost;
+    AlignedArray<int> entry;
+  };
+
+  void add_group(std::span<const int> fragments) {
+    std::vector<Eigen::MatrixXf> scaled;
+    for (const int i : fragments) {
+      scaled.push_back(scaling_.apply(fragments_[static_cast<std::size_t>(i)]));
+    }
+    std::vector<const Eigen::MatrixXf*> lanes;
+    for (std::size_t l = 0; l < fragments.size(); ++l) {
+      lanes.push_back(&scaled[l]);
+      const auto last = static_cast<std::size_t>(scaled[l].cols() - 1);
+      last_cell_[static_cast<std::size_t>(fragments[l])] =
+          cell_count_ + last * static_cast<std::size_t>(kernels_.lanes) + l;
+    }
+    groups_.push_back({cell_count_, PackedLanes(lanes, kernels_)});
+    cell_count_ += static_cast<std::size_t>(groups_.back().frames.frame_count() * kernels_.lanes);
+  }
+
+  [[nodiscard]] std::vector<Finished> best_chains(
+      const Eigen::Ref<const Eigen::MatrixXd>& input) const {
+    const PackedRows rows(scaling_.apply(input), kernels_);
+    Cells cells{AlignedArray<float>(cell_count_), AlignedArray<int>(cell_count_)};
+    std::fill_n(cells.cost.data(), cell_count_, std::numeric_limits<float>::infinity());
+    AlignedArray<float> distances(cell_count_ * kBlockFrames);
+    std::vector<Finished> finished;
+    float entering = 0.0F;  // the first snippet's own cost is the same for all chains
+    for (int begin = 0; begin < rows.frame_count(); begin += kBlockFrames) {
+      const int count = std::min(kBlockFrames, rows.frame_count() - begin);
+      for (const Group& group : groups_) {
+        kernels_.distances(rows.view(begin, count), group.frames.view(),
+                           distances.data() + group.first_cell, cell_count_);
+      }
+      for (int p = begin; p < begin + count; ++p) {
+        advance(distances.data() + static_cast<std::size_t>(p - begin) * cell_count_, p, entering,
+                cells);
+        finished.push_back(best_finished(cells));
+        entering = entering_after(finished.back());
+      }
+      const auto least = static_cast<float>(finished.back().cost);
+      kernels_.lower(cells.cost.data(), cell_count_, least);
+      entering -= least;
+    }
+    return finished;
+  }
+
+  void advance(const float* distances, int frame, float entering, Cells& cells) const {
+    for (const Group& group : groups_) {
+      kernels_.one_stage_row(distances + group.first_cell, group.frames.frame_count(), entering,
+                             frame, cells.cost.data() + group.first_cell,
+                             cells.entry.data() + group.first_cell);
+    }
+  }
+
+  [[nodiscard]] Finished best_finished(const Cells& cells) const {
+    Finished best;
+    for (std::size_t i = 0; i < last_cell_.size(); ++i) {
+      const std::size_t cell = last_cell_[i];
+      if (cells.cost[cell] < best.cost) {
+        best = {cells.cost[cell], cells.entry[cell], static_cast<int>(i)};
+      }
+    }
+    return best;
+  }
+
+  // Any finite snippet cost leaves a path: beyond kHuge it only forbids a second snippet.
+  [[nodiscard]] float entering_after(const Finished& finished) const {
+    const double scaled = finished.cost + snippet_cost_ * scaling_.factor * scaling_.factor;
+    return static_cast<float>(std::min<double>(scaled, kHuge));
+  }
+
+  const LaneKernels& kernels_ = lane_kernels();
+  std::span<const Eigen::MatrixXd> fragments_;
+  Scaling scaling_;
+  double snippet_cost_;
+  std::vector<Group> groups_;
+  std::size_t cell_count_ = 0;
+  std::vector<std::size_t> last_cell_;  // of each fragment
+};
+
+// Steps under a slope limit s, in double precision. A cell has 2 s - 1 states: reached diagonally
+// (or by entering), by k holds (p-1, q) in a row, or by k skips (p, q-1) in a row, k = 1 .. s - 1.
+// Holds and skips begin after a diagonal step only, so every frame of the fragment meets at most s
+// input frames, and every input frame at most s of the fragment's.
+class OneStage::LimitedSteps : public OneStage::Steps {
+ public:
+  LimitedSteps(std::span<const Eigen::MatrixXd> fragments, double snippet_cost, int slope_limit)
+      : snippet_cost_(snippet_cost),
+        run_count_(static_cast<std::size_t>(slope_limit - 1)),
+        state_count_(2 * run_count_ + 1) {
+    Eigen::Index count = 0;
+    for (const Eigen::MatrixXd& fragment : fragments) count += fragment.cols();
+    frames_.resize(fragments[0].rows(), count);
+    Eigen::Index begin = 0;
+    for (const Eigen::MatrixXd& fragment : fragments) {
+      frames_.middleCols(begin, fragment.cols()) = fragment;
+      begin += fragment.cols();
+      end_.push_back(static_cast<std::size_t>(begin));
+    }
+  }
+
+  [[nodiscard]] std::optional<Segmentation> segment(
+      const Eigen::Ref<const Eigen::MatrixXd>& input) const override {
+    const int frame_count = static_cast<int>(input.cols());
+    LocalDistance distance(input, frames_);
+    Cells cells{std::vector<Cell>(end_.back() * state_count_), std::vector<Cell>(state_count_),
+                std::vector<Cell>(state_count_)};
+    std::vector<Finished> finished;
+    std::vector<int> lengths;  // of the path of each frame's last snippet
+    for (int begin = 0; begin < frame_count; begin += kBlockFrames) {
+      const int count = std::min(kBlockFrames, frame_count - begin);
+      const Eigen::MatrixXd& block = distance.block(begin, count);
+      for (int p = begin; p < begin + count; ++p) {
+        const double before = p == 0 ? 0.0 : finished.back().cost;
+        advance(Cell::entering(before + snippet_cost_, p), block.col(p - begin).data(), cells);
+        Finished best;
+        int length = 0;
+        for (std::size_t i = 0; i < end_.size(); ++i) {
+          const Cell cell = best_of(cells.all.data() + (end_[i] - 1) * state_count_);
+          if (!(cell.cost < best.cost)) continue;
+          best = {cell.cost, cell.entry, static_cast<int>(i)};
+          length = cell.length;
+        }
+        finished.push_back(best);
+        lengths.push_back(length);
+      }
+    }
+    return with_costs(finished, lengths);
+  }
+
+ private:
+  static constexpr int kBlockFrames = 32;
+
+  // The best path to a cell: its cost from the input's first frame, and of its current snippet the
+  // first input frame and the number of cells so far.
+  struct Cell {
+    double cost = kInfinity;
+    int entry = 0;
+    int length = 0;
+
+    [[nodiscard]] static Cell entering(double cost, int frame) { return {cost, frame, 0}; }
+  };
+
+  struct Cells {
+    std::vector<Cell> all;  // states of a database frame side by side
+    std::vector<Cell> above;
+    std::vector<Cell> diagonal;
+  };
+
+  void advance(const Cell& entering, const double* d, Cells& cells) const {
+    std::size_t begin = 0;
+    for (const std::size_t end : end_) {
+      for (std::size_t column = begin; column < end; ++column) {
+        advance_column(column, column == begin, entering, d[column], cells);
+      }
+      begin = end;
+    }
+  }
+
+  void advance_column(std::size_t column, bool is_first, const Cell& entering, double distance,
+                      Cells& cells) const {
+    Cell* cell = cells.all.data() + column * state_count_;
+    std::copy_n(cell, state_count_, cells.above.begin());
+    const Cell* left = is_first ? nullptr : cell - state_count_;
+    cell[0] = extended(is_first ? entering : best_of(cells.diagonal.data()), distance);
+    for (std::size_t k = 0; k < run_count_; ++k) {
+      const std::size_t before_skip = k == 0 ? 0 : run_count_ + k;
+      cell[1 + k] = extended(cells.above[k], distance);
+      cell[1 + run_count_ + k] = is_first ? Cell{} : extended(left[before_skip], distance);
+    }
+    cells.diagonal.swap(cells.above);
+  }
+
+  [[nodiscard]] static Cell extended(const Cell& cell, double distance) {
+    return {cell.cost + distance, cell.entry, cell.length + 1};
+  }
+
+  [[nodiscard]] Cell best_of(const Cell* states) const {
+    Cell best = states[0];
+    for (std::size_t k = 1; k < state_count_; ++k) {
+      if (states[k].cost < best.cost) best = states[k];
+    }
+    return best;
+  }
+
+  [[nodiscard]] std::optional<Segmentation> with_costs(const std::vector<Finished>& finished,
+                                                       const std::vector<int>& lengths) const {
+    if (finished.back().cost == kInfinity) return std::nullopt;
+    Segmentation result{trace_back(finished), finished.back().cost};
+    for (Snippet& snippet : result.snippets) {
+      const auto last = static_cast<std::size_t>(snippet.end - 1);
+      const double before =
+          snippet.begin == 0 ? 0.0 : finished[static_cast<std::size_t>(snippet.begin - 1)].cost;
+      // The difference of two sums may fall below 0 by round-off.
+      snippet.cost = std::max(0.0, finished[last].cost - before - snippet_cost_);
+      snippet.path_length = lengths[last];
+    }
+    return result;
+  }
+
+  double snippet_cost_;
+  std::size_t run_count_;         // s - 1
+  std::size_t state_count_;       // 2 s - 1
+  Eigen::MatrixXd frames_;        // D x S
+  std::vector<std::size_t> end_;  // of each fragment's columns
+};
+
+OneStage::OneStage(const Eigen::Ref<const Eigen::MatrixXd>& like,
+                   std::span<const Eigen::MatrixXd> fragments, const SegmentOptions& options) {
+  require_valid(like, fragments, options);
+  if (options.slope_limit.has_value()) {
+    steps_ = std::make_unique<LimitedSteps>(fragments, options.snippet_cost, *options.slope_limit);
+  } else {
+    steps_ = std::make_unique<FreeSteps>(like, fragments, options.snippet_cost);
+  }
+}
+
+OneStage::~OneStage() = default;
+
+std::optional<Segmentation> OneStage::segment(
+    const Eigen::Ref<const Eigen::MatrixXd>& input) const {
+  return steps_->segment(input);
+}
+
 std::optional<Segmentation> segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
                                     std::span<const Eigen::MatrixXd> fragments,
                                     const SegmentOptions& options) {
-  require_valid(input, fragments, options);
-  const Database database(fragments);
-  const std::vector<Finished> finished =
-      options.slope_limit.has_value()
-          ? run(input, database, options.snippet_cost, LimitedSteps(database, *options.slope_limit))
-          : run(input, database, options.snippet_cost, FreeSteps(database));
-  return trace_back(finished, options.snippet_cost);
+  return OneStage(input, fragments, options).segment(input);
 }
 
 }  // namespace laban::align

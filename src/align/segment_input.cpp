@@ -9,6 +9,8 @@
 #include "laban/align/dtw.h"
 #include "laban/base/error.h"
 
+#include "align/one_stage.h"
+
 namespace laban::align {
 namespace {
 
@@ -74,20 +76,37 @@ struct Offset {
   bool converged = false;
 };
 
-// The offset of the input's features, found in turn with the path, from a first guess on; nothing
-// if the slope limit leaves no path.
-std::optional<Offset> find_offset(Features features, const Eigen::VectorXd& start,
-                                  const SegmentInputOptions& options) {
+// What the rounds of all first guesses share.
+class OffsetSearch {
+ public:
+  OffsetSearch(Features features, const SegmentInputOptions& options)
+      : features_(std::move(features)),
+        one_stage_(features_.input, features_.fragments, options.steps),
+        most_rounds_(options.offset_rounds) {}
+  OffsetSearch(const OffsetSearch&) = delete;  // one_stage_ looks at features_
+  OffsetSearch& operator=(const OffsetSearch&) = delete;
+
+  [[nodiscard]] int dimension_count() const { return static_cast<int>(features_.input.rows()); }
+  // The offset of the input's features, found in turn with the path, from a first guess on; nothing
+  // if the slope limit leaves no path.
+  [[nodiscard]] std::optional<Offset> from(const Eigen::VectorXd& start) const;
+
+ private:
+  const Features features_;
+  const OneStage one_stage_;
+  const int most_rounds_;
+};
+
+std::optional<Offset> OffsetSearch::from(const Eigen::VectorXd& start) const {
   Offset offset{start};
-  features.input.colwise() -= start;
-  std::optional<Segmentation> current = segment(features.input, features.fragments, options.steps);
+  Eigen::MatrixXd input = features_.input.colwise() - start;
+  std::optional<Segmentation> current = one_stage_.segment(input);
   if (!current) return std::nullopt;
-  while (!offset.converged && offset.rounds < options.offset_rounds) {
-    const Eigen::VectorXd step =
-        mean_difference(features.input, current->snippets, features.fragments);
+  while (!offset.converged && offset.rounds < most_rounds_) {
+    const Eigen::VectorXd step = mean_difference(input, current->snippets, features_.fragments);
     offset.value += step;
-    features.input.colwise() -= step;
-    std::optional<Segmentation> next = segment(features.input, features.fragments, options.steps);
+    input.colwise() -= step;
+    std::optional<Segmentation> next = one_stage_.segment(input);
     offset.converged = same_snippets(current->snippets, next->snippets);
     current = std::move(next);
     ++offset.rounds;
@@ -116,14 +135,13 @@ std::vector<Eigen::VectorXd> offsets_of_contents(const FragmentSet& fragments) {
 
 // The plain mean of the input's frames, or the first guess from which the cost falls clearly lower,
 // on few frames.
-Eigen::VectorXd best_start(const Features& few, const FragmentSet& fragments,
-                           const SegmentInputOptions& options) {
+Eigen::VectorXd best_start(const OffsetSearch& search, const FragmentSet& fragments) {
   std::vector<Eigen::VectorXd> starts = offsets_of_contents(fragments);
-  starts.insert(starts.begin(), Eigen::VectorXd::Zero(few.input.rows()));
+  starts.insert(starts.begin(), Eigen::VectorXd::Zero(search.dimension_count()));
   const Eigen::VectorXd* best = &starts.front();
   double least = std::numeric_limits<double>::infinity();
   for (const Eigen::VectorXd& start : starts) {
-    const std::optional<Offset> offset = find_offset(few, start, options);
+    const std::optional<Offset> offset = search.from(start);
     if (!offset || !(offset->cost < least)) continue;
     // What comes after the plain mean has to be clearly better than it.
     least = &start == &starts.front() ? kClearlyLower * offset->cost : offset->cost;
@@ -202,10 +220,12 @@ std::optional<InputSegmentation> segment_input(const PoseMatrix& input,
   result.converged = true;
   if (metric.kind() == MetricKind::kContent && options.offset_rounds > 0) {
     const Features all{result.features, fragments.features()};
-    const Eigen::VectorXd start =
-        best_start(thinned(all, stride_for(input.frame_rate_hz, kStartRateHz)), fragments, options);
-    const std::optional<Offset> offset = find_offset(
-        thinned(all, stride_for(input.frame_rate_hz, options.offset_rate_hz)), start, options);
+    const auto at_rate = [&](double rate_hz) {
+      return thinned(all, stride_for(input.frame_rate_hz, rate_hz));
+    };
+    const Eigen::VectorXd start = best_start({at_rate(kStartRateHz), options}, fragments);
+    const std::optional<Offset> offset =
+        OffsetSearch(at_rate(options.offset_rate_hz), options).from(start);
     if (offset) {
       result.features.colwise() -= offset->value;
       result.rounds = offset->rounds;

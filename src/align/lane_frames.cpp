@@ -1,0 +1,114 @@
+#include "align/lane_frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace laban::align {
+namespace {
+
+int whole_tiles(Eigen::Index frames) {
+  return (static_cast<int>(frames) + kTileFrames - 1) / kTileFrames * kTileFrames;
+}
+
+// The power of two that brings `most` into (1/2, 1].
+double factor_for(double most) {
+  return most > 0.0 ? std::ldexp(1.0, -(std::ilogb(most) + 1)) : 1.0;
+}
+
+double most_beside(const Eigen::Ref<const Eigen::MatrixXd>& sequence,
+                   const Eigen::VectorXd& center) {
+  return (sequence.colwise() - center).cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+Scaling Scaling::of(std::span<const Eigen::MatrixXd> sequences) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(sequences[0].rows());
+  double count = 0.0;
+  for (const Eigen::MatrixXd& sequence : sequences) {
+    sum += sequence.rowwise().sum();
+    count += static_cast<double>(sequence.cols());
+  }
+  Scaling scaling{sum / count};
+  double most = 0.0;
+  for (const Eigen::MatrixXd& sequence : sequences) {
+    most = std::max(most, most_beside(sequence, scaling.center));
+  }
+  scaling.factor = factor_for(most);
+  return scaling;
+}
+
+Scaling Scaling::covering(const Eigen::Ref<const Eigen::MatrixXd>& sequence) const {
+  return {center, std::min(factor, factor_for(most_beside(sequence, center)))};
+}
+
+Eigen::MatrixXf Scaling::apply(const Eigen::Ref<const Eigen::MatrixXd>& sequence) const {
+  return ((sequence.colwise() - center) * factor).cast<float>();
+}
+
+PackedRows::PackedRows(const Eigen::MatrixXf& scaled, const LaneKernels& kernels)
+    : dimensions_(static_cast<int>(scaled.rows())),
+      frame_count_(static_cast<int>(scaled.cols())),
+      values_(static_cast<std::size_t>(scaled.size())),
+      norms_(static_cast<std::size_t>(scaled.cols())) {
+  std::copy_n(scaled.data(), scaled.size(), values_.data());
+  kernels.row_norms(values_.data(), frame_count_, dimensions_, norms_.data());
+}
+
+RowFrames PackedRows::view(int begin, int count) const {
+  return {values_.data() + static_cast<std::ptrdiff_t>(begin) * dimensions_, norms_.data() + begin,
+          count, dimensions_};
+}
+
+PackedLanes::PackedLanes(std::span<const Eigen::MatrixXf* const> scaled,
+                         const LaneKernels& kernels) {
+  Eigen::Index longest = 0;
+  for (const Eigen::MatrixXf* sequence : scaled) longest = std::max(longest, sequence->cols());
+  frame_count_ = whole_tiles(longest);
+  const auto dimensions = static_cast<std::size_t>(scaled[0]->rows());
+  const auto lanes = static_cast<std::size_t>(kernels.lanes);
+  values_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * dimensions * lanes);
+  norms_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * lanes);
+  for (std::size_t lane = 0; lane < scaled.size(); ++lane) {
+    const float* from = scaled[lane]->data();
+    const auto size = static_cast<std::size_t>(scaled[lane]->size());
+    float* to = values_.data() + lane;
+    for (std::size_t n = 0; n < size; ++n) to[n * lanes] = from[n];
+  }
+  kernels.lane_norms(values_.data(), frame_count_, static_cast<int>(dimensions), norms_.data());
+}
+
+std::vector<int> longest_first(std::span<const Eigen::MatrixXd> sequences) {
+  std::vector<int> order(sequences.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return sequences[static_cast<std::size_t>(a)].cols() >
+           sequences[static_cast<std::size_t>(b)].cols();
+  });
+  return order;
+}
+
+LaneDtw::LaneDtw(const LaneKernels& kernels, int most_frames)
+    : kernels_(&kernels),
+      cost_(static_cast<std::size_t>(most_frames * kernels.lanes)),
+      length_(static_cast<std::size_t>(most_frames * kernels.lanes)) {}
+
+void LaneDtw::begin(const PackedRows& x, const PackedLanes& y, const bool* swapped) {
+  x_ = &x;
+  y_ = &y;
+  frame_ = 0;
+  for (int lane = 0; lane < kernels_->lanes; ++lane) swapped_[lane] = swapped[lane] ? -1 : 0;
+  advance();
+}
+
+bool LaneDtw::advance() {
+  const int count = std::min(kMostStripRows, x_->frame_count() - frame_);
+  if (count == 0) return false;
+  kernels_->dtw_strip(x_->view(frame_, count), y_->view(), frame_ == 0, swapped_, cost_.data(),
+                      length_.data());
+  frame_ += count;
+  return true;
+}
+
+}  // namespace laban::align

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "align/lane_kernels.h"
+
+namespace laban::align {
+
+/// Numbers that begin on a cache line, 0 at first.
+template <typename T>
+class AlignedArray {
+ public:
+  AlignedArray() = default;
+  explicit AlignedArray(std::size_t size) : lines_((size + kLineSize - 1) / kLineSize) {}
+  [[nodiscard]] T* data() noexcept { return reinterpret_cast<T*>(lines_.data()); }
+  [[nodiscard]] const T* data() const noexcept { return reinterpret_cast<const T*>(lines_.data()); }
+  [[nodiscard]] T& operator[](std::size_t n) noexcept { return data()[n]; }
+  [[nodiscard]] const T& operator[](std::size_t n) const noexcept { return data()[n]; }
+
+ private:
+  static constexpr std::size_t kLineSize = 64 / sizeof(T);
+  struct alignas(64) Line {
+    T values[kLineSize] = {};
+  };
+  std::vector<Line> lines_;
+};
+
+/// How features become single precision: (x - center) factor. Centering keeps the distances of near
+/// frames from cancelling, the factor keeps squares from overflowing.
+struct Scaling {
+  Eigen::VectorXd center;
+  double factor = 1.0;  ///< a power of two: it rounds nothing
+
+  /// For sequences of D rows, at least one frame: their mean frame; no value beyond 1.
+  [[nodiscard]] static Scaling of(std::span<const Eigen::MatrixXd> sequences);
+  /// The same center; no value of the sequence beyond 1 either.
+  [[nodiscard]] Scaling covering(const Eigen::Ref<const Eigen::MatrixXd>& sequence) const;
+
+  [[nodiscard]] Eigen::MatrixXf apply(const Eigen::Ref<const Eigen::MatrixXd>& sequence) const;
+  /// A sum of squared distances of scaled frames, in the features' own units.
+  [[nodiscard]] double unscaled_cost(double cost) const { return cost / (factor * factor); }
+};
+
+/// A sequence as the kernels' rows.
+class PackedRows {
+ public:
+  /// @param scaled  D x N, of a Scaling.
+  PackedRows(const Eigen::MatrixXf& scaled, const LaneKernels& kernels);
+
+  /// Frames [begin, begin + count).
+  [[nodiscard]] RowFrames view(int begin, int count) const;
+  [[nodiscard]] int frame_count() const noexcept { return frame_count_; }
+
+ private:
+  int dimensions_;
+  int frame_count_;
+  AlignedArray<float> values_;
+  AlignedArray<float> norms_;
+};
+
+/// Up to `lanes` sequences side by side as the kernels' lanes; what is padded is 0.
+class PackedLanes {
+ public:
+  /// @param scaled  at least one, at most kernels.lanes, each D x T_l with one D.
+  PackedLanes(std::span<const Eigen::MatrixXf* const> scaled, const LaneKernels& kernels);
+
+  [[nodiscard]] LaneFrames view() const noexcept {
+    return {values_.data(), norms_.data(), frame_count_};
+  }
+  [[nodiscard]] int frame_count() const noexcept { return frame_count_; }
+
+ private:
+  int frame_count_;  // of the longest, rounded up to whole tiles
+  AlignedArray<float> values_;
+  AlignedArray<float> norms_;
+};
+
+/// Indices of sequences by falling length, so that neighbours waste few padded cells; equal lengths
+/// by index.
+[[nodiscard]] std::vector<int> longest_first(std::span<const Eigen::MatrixXd> sequences);
+
+/// The cost and path length of `dtw` in single precision, for one sequence and the lanes of a group
+/// at a time.
+class LaneDtw {
+ public:
+  /// @param most_frames  of the groups to come, whole tiles.
+  LaneDtw(const LaneKernels& kernels, int most_frames);
+
+  /// Begins with x's first strip. `swapped[l]` is true if the lane's fragment is `dtw`'s first
+  /// sequence. Both sequences must live until `frame()` is x's length or nobody advances.
+  void begin(const PackedRows& x, const PackedLanes& y, const bool* swapped);
+  /// The next strip; false if there is none.
+  bool advance();
+
+  /// Frames of x done.
+  [[nodiscard]] int frame() const noexcept { return frame_; }
+  /// Of the best path to x's frame() - 1 and frame `q` of a lane's fragment.
+  [[nodiscard]] float cost(int lane, int q) const { return cost_[cell(lane, q)]; }
+  [[nodiscard]] int length(int lane, int q) const { return length_[cell(lane, q)]; }
+  [[nodiscard]] const float* costs() const { return cost_.data(); }
+  [[nodiscard]] const int* lengths() const { return length_.data(); }
+
+ private:
+  [[nodiscard]] std::size_t cell(int lane, int q) const {
+    return static_cast<std::size_t>(q * kernels_->lanes + lane);
+  }
+  const LaneKernels* kernels_;
+  const PackedRows* x_ = nullptr;
+  const PackedLanes* y_ = nullptr;
+  int frame_ = 0;
+  int swapped_[kMostLanes] = {};
+  AlignedArray<float> cost_;
+  AlignedArray<int> length_;
+};
+
+}  // namespace laban::align

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstddef>
+
+namespace laban::align {
+
+/// Widest `LaneKernels::lanes` of any instruction set.
+inline constexpr int kMostLanes = 8;
+
+/// Frames a tile of distances has along a group of fragments: groups are padded to a multiple.
+inline constexpr int kTileFrames = 3;
+
+/// Frames of the other sequence that `dtw_strip` may take at once.
+inline constexpr int kMostStripRows = 16;
+
+/// A sequence as single precision rows, one after the other: frame p's feature k is
+/// values[p * dimensions + k], norms[p] = |x_p|^2 by `LaneKernels::row_norms`.
+struct RowFrames {
+  const float* values;
+  const float* norms;
+  int count;
+  int dimensions;
+};
+
+/// `lanes` fragments side by side: frame q's feature k of lane l is
+/// values[(q * dimensions + k) * lanes + l], norms[q * lanes + l] by `lane_norms`. `count` frames,
+/// a multiple of kTileFrames; those behind a shorter fragment's end are there but never looked at.
+struct LaneFrames {
+  const float* values;
+  const float* norms;
+  int count;
+};
+
+/// The inner loops of `align`, compiled once for every instruction set: `lanes` alignments at a
+/// time, one a SIMD lane, in single precision.
+///
+/// Local distances come as |x|^2 + |y|^2 - 2 x'y, with all three sums taken in the same order: two
+/// equal frames are exactly 0 apart, and a distance is never negative. Ties of the recursion go as
+/// in `dtw`. Instruction sets agree to about 1e-6 of the mean cell (only one of them fuses
+/// multiplication and addition); each gives the same bytes on every call.
+struct LaneKernels {
+  const char* name;
+  int lanes;  ///< fragments side by side, at most kMostLanes
+
+  /// norms[p] = |x_p|^2.
+  void (*row_norms)(const float* values, int count, int dimensions, float* norms);
+  /// norms[q * lanes + l] = |y_q|^2 of lane l.
+  void (*lane_norms)(const float* values, int count, int dimensions, float* norms);
+
+  /// Distances of all frames of `x` to all of `y`: lane l of (p, q) to
+  /// distances[p * row_stride + q * lanes + l].
+  void (*distances)(const RowFrames& x, const LaneFrames& y, float* distances,
+                    std::size_t row_stride);
+
+  /// Moves the recursion of `dtw` on over the at most kMostStripRows frames of `x`.
+  ///
+  /// cost and length, y.count x lanes: of the best paths to the frame before x's first, overwritten
+  /// by those to its last. `first`: x begins the sequence, and what cost and length hold is not
+  /// read. swapped[l] is -1 in a lane whose fragment is `dtw`'s first sequence (ties between the
+  /// two straight steps then go the other way), else 0.
+  void (*dtw_strip)(const RowFrames& x, const LaneFrames& y, bool first, const int* swapped,
+                    float* cost, int* length);
+
+  /// For every lane the least of cost - limit length + rest[q] over all q below frame_count[l]:
+  /// what early abandoning compares with 0 (see nearest_fragments).
+  void (*strip_bound)(const float* cost, const int* length, const float* rest, float limit,
+                      int count, const int* frame_count, float* bound);
+
+  /// One input frame of the one-stage recursion with free steps: cost and entry, count x lanes, are
+  /// those of the best paths to the previous input frame, overwritten by those to this one, whose
+  /// distances are `distances`. Entering a fragment costs `entering`; the entry is `frame`.
+  void (*one_stage_row)(const float* distances, int count, float entering, int frame, float* cost,
+                        int* entry);
+
+  /// cost -= by.
+  void (*lower)(float* cost, std::size_t count, float by);
+};
+
+/// Those for what every machine of this architecture has.
+[[nodiscard]] const LaneKernels& baseline_lane_kernels();
+
+/// The fastest that this machine can run: compiled for x86-64-v3 (AVX2 and FMA) where it has these.
+[[nodiscard]] const LaneKernels& best_lane_kernels();
+
+/// What the module uses: the best, unless a LaneKernelsForTest is alive.
+[[nodiscard]] const LaneKernels& lane_kernels();
+
+/// While it lives, `lane_kernels()` are the given ones, in all threads. For tests and benchmarks.
+class LaneKernelsForTest {
+ public:
+  explicit LaneKernelsForTest(const LaneKernels& kernels);
+  ~LaneKernelsForTest();
+  LaneKernelsForTest(const LaneKernelsForTest&) = delete;
+  LaneKernelsForTest& operator=(const LaneKernelsForTest&) = delete;
+
+ private:
+  const LaneKernels* before_;
+};
+
+}  // namespace laban::align
