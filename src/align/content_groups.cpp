@@ -258,33 +258,6 @@ std::vector<int> content_groups(const Eigen::Ref<const Eigen::MatrixXd>& distanc
   return numbered(linkage.into);
 }
 
-std::vector<Neighbor> nearest(const Eigen::Ref<const Eigen::MatrixXd>& features,
-                              std::span<const Eigen::MatrixXd> fragments, int count,
-                              std::span<const int> candidates) {
-  if (count < 1) {
-    throw Error(ErrorKind::kUsage, "nearest: count = " + std::to_string(count) + " (must be >= 1)");
-  }
-  std::vector<int> all(candidates.begin(), candidates.end());
-  if (all.empty()) {
-    all.resize(fragments.size());
-    std::iota(all.begin(), all.end(), 0);
-  }
-  std::vector<Neighbor> neighbors;
-  for (const int fragment : all) {
-    if (fragment < 0 || static_cast<std::size_t>(fragment) >= fragments.size()) {
-      throw Error(ErrorKind::kUsage, "nearest: candidate " + std::to_string(fragment) + " of " +
-                                         std::to_string(fragments.size()) + " fragments");
-    }
-    const DtwCost cost = dtw_cost(features, fragments[static_cast<std::size_t>(fragment)]);
-    neighbors.push_back({fragment, cost.cost, cost.mean_cost()});
-  }
-  std::sort(neighbors.begin(), neighbors.end(), [](const Neighbor& a, const Neighbor& b) {
-    return a.mean_cost != b.mean_cost ? a.mean_cost < b.mean_cost : a.fragment < b.fragment;
-  });
-  neighbors.resize(std::min(neighbors.size(), static_cast<std::size_t>(count)));
-  return neighbors;
-}
-
 std::vector<GroupCostStatistics> group_cost_statistics(
     const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::span<const int> groups,
     double margin) {

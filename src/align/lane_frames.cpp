@@ -70,12 +70,13 @@ PackedLanes::PackedLanes(std::span<const Eigen::MatrixXf* const> scaled,
   const auto lanes = static_cast<std::size_t>(kernels.lanes);
   values_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * dimensions * lanes);
   norms_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * lanes);
+  const float* from[kMostLanes] = {};
+  int count[kMostLanes] = {};
   for (std::size_t lane = 0; lane < scaled.size(); ++lane) {
-    const float* from = scaled[lane]->data();
-    const auto size = static_cast<std::size_t>(scaled[lane]->size());
-    float* to = values_.data() + lane;
-    for (std::size_t n = 0; n < size; ++n) to[n * lanes] = from[n];
+    from[lane] = scaled[lane]->data();
+    count[lane] = static_cast<int>(scaled[lane]->size());
   }
+  kernels.interleave(from, count, frame_count_ * static_cast<int>(dimensions), values_.data());
   kernels.lane_norms(values_.data(), frame_count_, static_cast<int>(dimensions), norms_.data());
 }
 

@@ -13,6 +13,9 @@ inline constexpr int kTileFrames = 3;
 /// Frames of the other sequence that `dtw_strip` may take at once.
 inline constexpr int kMostStripRows = 16;
 
+/// Most frames that a bounding box holds.
+inline constexpr int kBoxFrames = 8;
+
 /// A sequence as single precision rows, one after the other: frame p's feature k is
 /// values[p * dimensions + k], norms[p] = |x_p|^2 by `LaneKernels::row_norms`.
 struct RowFrames {
@@ -61,10 +64,38 @@ struct LaneKernels {
   void (*dtw_strip)(const RowFrames& x, const LaneFrames& y, bool first, const int* swapped,
                     float* cost, int* length);
 
-  /// For every lane the least of cost - limit length + rest[q] over all q below frame_count[l]:
-  /// what early abandoning compares with 0 (see nearest_fragments).
-  void (*strip_bound)(const float* cost, const int* length, const float* rest, float limit,
-                      int count, const int* frame_count, float* bound);
+  /// As dtw_strip, on distances less `limit` and for the cost alone: above 0 at the end, every path
+  /// costs more than `limit` a cell.
+  void (*excess_strip)(const RowFrames& x, const LaneFrames& y, bool first, float limit,
+                       float* cost);
+
+  /// to[n * lanes + l] = from[l][n] for all n < count[l], else 0, n < most_count.
+  void (*interleave)(const float* const* from, const int* count, int most_count, float* to);
+
+  /// For every lane the least, over all frames q < frame_count[l] of its fragment, of
+  ///   cost - limit length + max(rows[l] + frames_extra[q], frames[q] + rows_extra[l]):
+  /// what early abandoning compares with 0 (nearest_fragments.cpp). cost, length, frames and
+  /// frames_extra are count x lanes.
+  void (*strip_bound)(const float* cost, const int* length, const float* frames,
+                      const float* frames_extra, const float* rows, const float* rows_extra,
+                      float limit, int count, const int* frame_count, float* bound);
+
+  /// Squared distances between boxes of two sequences, row_count x box_count x lanes, and the least
+  /// of each row (row_least, row_count x lanes) and of each box (box_least, box_count x lanes).
+  /// A row's box has its lower bounds, then its upper ones, `dimensions` of each; so have the
+  /// lanes' boxes, `lanes` side by side.
+  void (*box_distances)(const float* rows, int row_count, const float* boxes, int box_count,
+                        int dimensions, float* distances, float* row_least, float* box_least);
+
+  /// The cheapest monotone paths through such distances, charging a cell for each of the
+  /// row_frames[P] frames of a row: path, box_count x lanes, to each box after the last row.
+  void (*path_by_rows)(const float* distances, const int* row_frames, int row_count, int box_count,
+                       float* path);
+  /// The same, charging a cell for each of the box_frames[Q * lanes + l] frames of a box, at most
+  /// kBoxFrames: ends, box_count x lanes, to the last row after each box. `path` is scratch,
+  /// row_count x lanes.
+  void (*path_by_boxes)(const float* distances, const int* box_frames, int row_count, int box_count,
+                        float* path, float* ends);
 
   /// One input frame of the one-stage recursion with free steps: cost and entry, count x lanes, are
   /// those of the best paths to the previous input frame, overwritten by those to this one, whose

@@ -51,8 +51,8 @@ struct Partial {
 // order, as the norms' do, so equal frames cancel exactly. Not inlined: the loop needs every
 // register there is.
 template <int kRows>
-[[gnu::noinline]] void distance_tile(const RowFrames& x, int p, const LaneFrames& y,
-                                                 int q, Floats (&d)[kRows][kTileFrames]) {
+[[gnu::noinline]] void distance_tile(const RowFrames& x, int p, const LaneFrames& y, int q,
+                                     Floats (&d)[kRows][kTileFrames]) {
   const int dimensions = x.dimensions;
   const float* rows = x.values + static_cast<std::ptrdiff_t>(p) * dimensions;
   const float* frames = y.values + static_cast<std::ptrdiff_t>(q) * dimensions * kLanes;
@@ -161,6 +161,67 @@ void dtw_strip(const RowFrames& x, const LaneFrames& y, bool first, const int* s
   }
 }
 
+[[gnu::always_inline]] inline Floats least_of(Floats a, Floats b) {
+  return a < b ? a : b;
+}
+[[gnu::always_inline]] inline Floats most_of(Floats a, Floats b) {
+  return a > b ? a : b;
+}
+
+// As recursion_tile: left[0 .. kRows] and top are costs.
+template <int kRows>
+[[gnu::always_inline]] inline void excess_tile(const RowFrames& x, int p, const LaneFrames& y,
+                                               int q, float limit, Floats* left,
+                                               Floats (&top)[kTileFrames]) {
+  Floats d[kRows][kTileFrames];
+  distance_tile<kRows>(x, p, y, q, d);
+#pragma GCC unroll 3
+  for (int c = 0; c < kTileFrames; ++c) {
+    Floats diagonal = left[0];
+    Floats above = top[c];
+#pragma GCC unroll 4
+    for (int r = 0; r < kRows; ++r) {
+      const Floats before = left[r + 1];
+      above = least_of(least_of(diagonal, above), before) + (d[r][c] - limit);
+      diagonal = before;
+      left[r + 1] = above;
+    }
+    left[0] = top[c];
+    top[c] = above;
+  }
+}
+
+void excess_strip(const RowFrames& x, const LaneFrames& y, bool first, float limit, float* cost) {
+  const Floats none = Floats{} + kInfinity;
+  Floats left[kMostStripRows / kTileRows][kTileRows + 1];
+  for (auto& tile : left) {
+    for (Floats& row : tile) row = none;
+  }
+  if (first) left[0][0] = Floats{};
+  for (int q = 0; q < y.count; q += kTileFrames) {
+    Floats top[kTileFrames];
+    for (int c = 0; c < kTileFrames; ++c) top[c] = first ? none : load(cost + (q + c) * kLanes);
+    for (int p = 0; p < x.count; p += kTileRows) {
+      Floats* tile = left[p / kTileRows];
+      switch (x.count - p) {
+        case 1:
+          excess_tile<1>(x, p, y, q, limit, tile, top);
+          break;
+        case 2:
+          excess_tile<2>(x, p, y, q, limit, tile, top);
+          break;
+        case 3:
+          excess_tile<3>(x, p, y, q, limit, tile, top);
+          break;
+        default:
+          excess_tile<kTileRows>(x, p, y, q, limit, tile, top);
+          break;
+      }
+    }
+    for (int c = 0; c < kTileFrames; ++c) store(cost + (q + c) * kLanes, top[c]);
+  }
+}
+
 template <int kRows>
 void distance_rows(const RowFrames& x, int p, const LaneFrames& y, int q, float* distances,
                    std::size_t row_stride) {
@@ -182,11 +243,20 @@ void distances(const RowFrames& x, const LaneFrames& y, float* to, std::size_t r
   }
 }
 
+// Rounded once where the tiles' sums are: left to itself, the compiler may fuse some sums only.
+[[gnu::always_inline]] inline float plus_square(float sum, float value) {
+#ifdef __FMA__
+  return __builtin_fmaf(value, value, sum);
+#else
+  return sum + value * value;
+#endif
+}
+
 void row_norms(const float* values, int count, int dimensions, float* norms) {
   for (int p = 0; p < count; ++p) {
     const float* row = values + static_cast<std::ptrdiff_t>(p) * dimensions;
     float sum = 0.0F;
-    for (int k = 0; k < dimensions; ++k) sum += row[k] * row[k];
+    for (int k = 0; k < dimensions; ++k) sum = plus_square(sum, row[k]);
     norms[p] = sum;
   }
 }
@@ -203,17 +273,98 @@ void lane_norms(const float* values, int count, int dimensions, float* norms) {
   }
 }
 
-void strip_bound(const float* cost, const int* length, const float* rest, float limit, int count,
-                 const int* frame_count, float* bound) {
+void interleave(const float* const* from, const int* count, int most_count, float* to) {
+  int common = most_count;
+  for (int l = 0; l < kLanes; ++l) common = count[l] < common ? count[l] : common;
+  for (int n = 0; n < common; ++n) {
+#pragma GCC unroll 8
+    for (int l = 0; l < kLanes; ++l) to[n * kLanes + l] = from[l][n];
+  }
+  for (int n = common; n < most_count; ++n) {
+    for (int l = 0; l < kLanes; ++l) to[n * kLanes + l] = n < count[l] ? from[l][n] : 0.0F;
+  }
+}
+
+void strip_bound(const float* cost, const int* length, const float* frames,
+                 const float* frames_extra, const float* rows, const float* rows_extra, float limit,
+                 int count, const int* frame_count, float* bound) {
   const Ints end = load(frame_count);
+  const Floats all_rows = load(rows);
+  const Floats all_rows_extra = load(rows_extra);
   Floats least = Floats{} + kInfinity;
   for (int q = 0; q < count; ++q) {
-    const Floats cells = __builtin_convertvector(load(length + q * kLanes), Floats);
-    const Floats sum = load(cost + q * kLanes) - limit * cells + load(rest + q * kLanes);
+    const int cell = q * kLanes;
+    const Floats cells = __builtin_convertvector(load(length + cell), Floats);
+    const Floats rest =
+        most_of(all_rows + load(frames_extra + cell), load(frames + cell) + all_rows_extra);
+    const Floats sum = load(cost + cell) - limit * cells + rest;
     const Ints lower = (sum < least) & (end > q);
     least = lower ? sum : least;
   }
   store(bound, least);
+}
+
+void box_distances(const float* rows, int row_count, const float* boxes, int box_count,
+                   int dimensions, float* distances, float* row_least, float* box_least) {
+  for (int b = 0; b < box_count; ++b) store(box_least + b * kLanes, Floats{} + kInfinity);
+  for (int p = 0; p < row_count; ++p) {
+    const float* low = rows + 2 * p * dimensions;
+    const float* high = low + dimensions;
+    Floats least = Floats{} + kInfinity;
+    for (int b = 0; b < box_count; ++b) {
+      const float* box_low = boxes + 2 * b * dimensions * kLanes;
+      const float* box_high = box_low + dimensions * kLanes;
+      Floats sum = {};
+      for (int k = 0; k < dimensions; ++k) {
+        const Floats gap = most_of(
+            most_of(load(box_low + k * kLanes) - high[k], low[k] - load(box_high + k * kLanes)),
+            Floats{});
+        sum += gap * gap;
+      }
+      store(distances + (p * box_count + b) * kLanes, sum);
+      least = least_of(sum, least);
+      store(box_least + b * kLanes, least_of(sum, load(box_least + b * kLanes)));
+    }
+    store(row_least + p * kLanes, least);
+  }
+}
+
+// Every path begins in the first cell.
+void begin_path(float* path, int count) {
+  for (int n = 0; n < count; ++n) store(path + n * kLanes, Floats{} + (n == 0 ? 0.0F : kInfinity));
+}
+
+void path_by_rows(const float* distances, const int* row_frames, int row_count, int box_count,
+                  float* path) {
+  begin_path(path, box_count);
+  for (int p = 0; p < row_count; ++p) {
+    for (int frame = 0; frame < row_frames[p]; ++frame) {
+      Floats before = Floats{} + kInfinity;
+      for (int b = 0; b < box_count; ++b) {
+        before = least_of(load(path + b * kLanes), before);
+        store(path + b * kLanes, before + load(distances + (p * box_count + b) * kLanes));
+      }
+    }
+  }
+}
+
+void path_by_boxes(const float* distances, const int* box_frames, int row_count, int box_count,
+                   float* path, float* ends) {
+  begin_path(path, row_count);
+  for (int b = 0; b < box_count; ++b) {
+    const Ints frames = load(box_frames + b * kLanes);
+    for (int frame = 0; frame < kBoxFrames; ++frame) {
+      const Ints charged = frames > frame;
+      Floats before = Floats{} + kInfinity;
+      for (int p = 0; p < row_count; ++p) {
+        const Floats here = load(path + p * kLanes);
+        before = least_of(here, before);
+        const Floats sum = before + load(distances + (p * box_count + b) * kLanes);
+        store(path + p * kLanes, charged ? sum : here);
+      }
+    }
+    store(ends + b * kLanes, load(path + (row_count - 1) * kLanes));
+  }
 }
 
 void one_stage_row(const float* distances, int count, float entering, int frame, float* cost,
@@ -246,7 +397,20 @@ void lower(float* cost, std::size_t count, float by) {
 
 extern const LaneKernels LABAN_LANE_KERNELS;  // a constant is not visible elsewhere without
 const LaneKernels LABAN_LANE_KERNELS = {
-    LABAN_LANE_KERNELS_NAME, kLanes, row_norms, lane_norms, distances, dtw_strip, strip_bound,
-    one_stage_row,           lower};
+    .name = LABAN_LANE_KERNELS_NAME,
+    .lanes = kLanes,
+    .row_norms = row_norms,
+    .lane_norms = lane_norms,
+    .distances = distances,
+    .dtw_strip = dtw_strip,
+    .excess_strip = excess_strip,
+    .interleave = interleave,
+    .strip_bound = strip_bound,
+    .box_distances = box_distances,
+    .path_by_rows = path_by_rows,
+    .path_by_boxes = path_by_boxes,
+    .one_stage_row = one_stage_row,
+    .lower = lower,
+};
 
 }  // namespace laban::align

@@ -145,24 +145,6 @@ TEST(LocallyScaled, KeepsEqualFragmentsTogether) {
   EXPECT_THAT(content_groups(scaled, {.group_count = 2}), testing::ElementsAre(0, 0, 1, 1));
 }
 
-TEST(Nearest, ListsFragmentsByMeanCostAndItselfFirst) {
-  base::Rng rng(3);
-  const auto features = some_features(9, rng);
-  const std::vector<Neighbor> all = nearest(features[4], features, 20);
-  ASSERT_EQ(all.size(), 9U);
-  EXPECT_EQ(all[0].fragment, 4);
-  EXPECT_EQ(all[0].cost, 0.0);
-  for (std::size_t n = 1; n < all.size(); ++n) EXPECT_LE(all[n - 1].mean_cost, all[n].mean_cost);
-  const std::vector<Neighbor> three = nearest(features[4], features, 3);
-  ASSERT_EQ(three.size(), 3U);
-  EXPECT_EQ(three[2].fragment, all[2].fragment);
-  const std::vector<int> candidates = {7, 2};
-  const std::vector<Neighbor> some = nearest(features[4], features, 3, candidates);
-  ASSERT_EQ(some.size(), 2U);
-  for (const Neighbor& neighbor : some)
-    EXPECT_TRUE(neighbor.fragment == 7 || neighbor.fragment == 2);
-}
-
 TEST(GroupCostStatistics, AreMedianAndDearestNearestNeighbour) {
   Eigen::MatrixXd cost(6, 6);
   cost << 0, 1, 2, 9, 9, 9,  //
@@ -205,17 +187,6 @@ TEST(ContentGroups, RefuseWrongOptionsAndDistances) {
       message_of(ErrorKind::kData,
                  [&] { (void)content_groups(Eigen::MatrixXd::Zero(2, 3), {.group_count = 1}); }),
       "content_groups: distances are 2 x 3 (must be square, symmetric and finite)");
-  EXPECT_EQ(message_of(ErrorKind::kUsage,
-                       [&] {
-                         (void)nearest(distances, {&distances, 1}, 0);
-                       }),
-            "nearest: count = 0 (must be >= 1)");
-  const std::vector<int> candidates = {1};
-  EXPECT_EQ(message_of(ErrorKind::kUsage,
-                       [&] {
-                         (void)nearest(distances, {&distances, 1}, 1, candidates);
-                       }),
-            "nearest: candidate 1 of 1 fragments");
 }
 
 }  // namespace

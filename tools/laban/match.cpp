@@ -1,7 +1,7 @@
 #include <fmt/core.h>
 
-#include "laban/align/content_groups.h"
 #include "laban/align/dtw.h"
+#include "laban/align/nearest_fragments.h"
 #include "laban/align/segment_input.h"
 #include "laban/base/csv.h"
 #include "laban/base/error.h"

@@ -56,25 +56,6 @@ struct ClusterOptions {
 [[nodiscard]] std::vector<int> content_groups(const Eigen::Ref<const Eigen::MatrixXd>& distances,
                                               const ClusterOptions& options);
 
-/// A fragment near another.
-struct Neighbor {
-  int fragment = 0;
-  double cost = 0.0;       ///< SSD
-  double mean_cost = 0.0;  ///< SSD / L
-};
-
-/// The `count` fragments nearest to a sequence by mean path cost (SSD / L), nearest first; all of
-/// them if there are fewer. Ties go to the lowest index. A fragment is its own nearest, at 0.
-///
-/// @param features    D x T.
-/// @param fragments   each D x T_i.
-/// @param count       >= 1.
-/// @param candidates  indices of the fragments to look at; empty looks at all.
-/// @throws Error{kUsage} for count or candidates out of range; Error{kData} as dtw.
-[[nodiscard]] std::vector<Neighbor> nearest(const Eigen::Ref<const Eigen::MatrixXd>& features,
-                                            std::span<const Eigen::MatrixXd> fragments, int count,
-                                            std::span<const int> candidates = {});
-
 /// What a good match inside a group costs (DESIGN 5, "No content match").
 struct GroupCostStatistics {
   double median = 0.0;     ///< of the mean path costs of all pairs inside the group; 0 without any

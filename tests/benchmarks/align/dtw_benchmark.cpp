@@ -112,7 +112,12 @@ void BM_AllPairs(benchmark::State& state) {
   state.counters["largest_error"] = largest_error;
   count_cells(state, pair_cells(fragments));
 }
-BENCHMARK(BM_AllPairs)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_AllPairs)
+    ->Arg(1)
+    ->Arg(2)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace laban::align
