@@ -54,7 +54,9 @@ struct Segmentation {
 /// @throws Error{kUsage} if `options` has problems; Error{kData} if a sequence is empty, D differs
 ///         or a value is not finite.
 /// Time O(D T S), S = sum of T_i; memory O(T + D S), beside the input's own. Ties: as in dtw;
-/// staying in a fragment before entering a new one; the lowest fragment index.
+/// staying in a fragment before entering a new one; the lowest fragment index. With free steps the
+/// snippets are found in single precision (chains within about 1e-5 of the mean cell of each other
+/// are ties), and their costs are those of dtw in double precision.
 [[nodiscard]] std::optional<Segmentation> segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
                                                   std::span<const Eigen::MatrixXd> fragments,
                                                   const SegmentOptions& options = {});
