@@ -17,12 +17,15 @@ struct FrameGrid {
   int frame_count = 0;
 };
 
+void check_rate(double rate_hz) {
+  if (rate_hz > 0.0 && std::isfinite(rate_hz)) return;
+  throw base::Error(base::ErrorKind::kUsage, "resample: the frame rate is " +
+                                                 std::to_string(rate_hz) +
+                                                 ", it must be positive and finite");
+}
+
 FrameGrid frame_grid(int frame_count, double from_hz, double to_hz) {
-  if (!(to_hz > 0.0) || !std::isfinite(to_hz)) {
-    throw base::Error(base::ErrorKind::kUsage, "resample: the frame rate is " +
-                                                   std::to_string(to_hz) +
-                                                   ", it must be positive and finite");
-  }
+  check_rate(to_hz);
   const double step = from_hz / to_hz;
   return {step, static_cast<int>(std::floor((frame_count - 1) / step + 1e-6)) + 1};
 }
@@ -58,10 +61,16 @@ PoseMatrix resample(const PoseMatrix& pose, double frame_rate_hz) {
   const FrameGrid grid = frame_grid(pose.frame_count(), pose.frame_rate_hz, frame_rate_hz);
   std::vector<double> frames;
   for (int f = 0; f < grid.frame_count; ++f) frames.push_back(f * grid.step);
-  PoseMatrix sampled{frame_rate_hz, pose.leg_length_m, math::interpolate(pose.angles, frames),
-                     math::interpolate(pose.height, frames),
-                     planar_steps(math::interpolate(planar_path(pose), frames))};
-  return sampled;
+  return sample(pose, frames, frame_rate_hz);
+}
+
+PoseMatrix sample(const PoseMatrix& pose, std::span<const double> frames, double frame_rate_hz) {
+  check_rate(frame_rate_hz);
+  if (frames.empty())
+    throw base::Error(base::ErrorKind::kUsage, "sample: there is no frame to read");
+  return {frame_rate_hz, pose.leg_length_m, math::interpolate(pose.angles, frames),
+          math::interpolate(pose.height, frames),
+          planar_steps(math::interpolate(planar_path(pose), frames))};
 }
 
 }  // namespace laban::motion

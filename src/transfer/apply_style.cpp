@@ -1,8 +1,11 @@
 #include "laban/transfer/apply_style.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "laban/base/error.h"
+
+#include "transfer/styled_piece.h"
 
 namespace laban::transfer {
 namespace {
@@ -10,18 +13,8 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-void check_input(const StyleModel& model, const motion::PoseMatrix& input) {
-  if (std::abs(input.frame_rate_hz - model.frame_rate_hz()) > 1e-6 * model.frame_rate_hz()) {
-    throw Error(ErrorKind::kData, "the input has " + std::to_string(input.frame_rate_hz) +
-                                      " frames a second, the model " +
-                                      std::to_string(model.frame_rate_hz()));
-  }
-  const int shortest = static_cast<int>(std::ceil(kShortestInputS * model.frame_rate_hz()));
-  if (input.frame_count() < shortest) {
-    throw Error(ErrorKind::kData, "the input has " + std::to_string(input.frame_count()) +
-                                      " frames of motion; style transfer needs at least " +
-                                      std::to_string(shortest) + " (a quarter of a second)");
-  }
+void throw_problems(const std::vector<std::string>& problems) {
+  if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
 }
 
 std::string known_contents(const StyleModel& model) {
@@ -30,109 +23,133 @@ std::string known_contents(const StyleModel& model) {
   return list;
 }
 
-/// What becomes of one snippet before it is joined to the others.
-struct Piece {
-  AppliedSnippet report;
-  motion::PoseMatrix pose;
-  motion::FootContacts contacts;
-};
-
-motion::FootContacts contacts_of(const motion::PoseMatrix& pose) {
-  return motion::find_foot_contacts(pose).contacts;
-}
-
-Piece restyle(const StyleModel& model, const motion::PoseMatrix& input,
-              const align::Snippet& snippet, const EffortTarget& target,
-              const ApplyOptions& options) {
-  Piece piece;
-  AppliedSnippet& report = piece.report;
-  const int group = model.contents.numbers[static_cast<std::size_t>(snippet.fragment)];
-  report.begin = snippet.begin;
-  report.end = snippet.end;
-  report.fragment = snippet.fragment;
-  report.content = model.contents.names[static_cast<std::size_t>(group)];
-  report.match_cost = snippet.mean_cost();
-  report.match_threshold = model.match_costs[static_cast<std::size_t>(group)].threshold;
-  report.kept = report.match_cost > report.match_threshold;
-  const motion::PoseMatrix own = input.slice(snippet.begin, snippet.end);
-  report.before = effort::observe(effort::describe(own), model.observer, report.content);
-  if (report.kept && options.strict) {
+void require_matches(const StyleModel& model, const SegmentedInput& segmented) {
+  for (const InputSnippet& own : segmented.snippets) {
+    if (own.matches()) continue;
     throw Error(
         ErrorKind::kData,
-        "input frames " + std::to_string(snippet.begin) + " to " + std::to_string(snippet.end) +
+        "input frames " + std::to_string(own.begin) + " to " + std::to_string(own.end) +
             " match no content of the model, which knows: " + known_contents(model) +
             "; add such fragments to its corpus, or leave --strict out to keep them as captured");
   }
-  if (report.kept) {
-    piece.pose = own;
-    piece.contacts = contacts_of(own);
-  } else {
-    report.choice = search_blend(model, snippet.fragment, target, options.search);
-    PlayedChoice played = play_choice(model, report.choice, options.fastest_play);
-    piece.pose = std::move(played.pose);
-    piece.contacts = std::move(played.contacts);
-  }
-  report.measured = effort::observe(effort::describe(piece.pose), model.observer, report.content);
+}
+
+/// A snippet as it is asked for: its motion, and the report of it but for its place in the output.
+struct Restyled {
+  AppliedSnippet report;
+  StyledPiece piece;
+};
+
+StyledPiece play(const StyleModel& model, const InputSnippet& own, const BlendChoice& choice,
+                 const ApplyOptions& options) {
+  PlayedChoice played = play_choice(model, choice, options.fastest_play);
+  StyledPiece piece = options.detail == Detail::kResidual ? restyled_in_detail(own, model, played)
+                                                          : replaced(own, std::move(played));
+  if (options.strength < 1.0) piece = mixed(own, piece, options.strength);
+  if (options.keep_timing) piece = with_own_timing(own, piece);
   return piece;
 }
 
-/// Input frame of each output frame of a piece: along the warp between the two, or evenly where
-/// their lengths are too different for one.
-std::vector<double> source_frames_of(const motion::PoseMatrix& input, const Piece& piece) {
-  const AppliedSnippet& report = piece.report;
-  const int own_count = report.end - report.begin;
-  const int count = piece.pose.frame_count();
-  std::vector<double> frames(static_cast<std::size_t>(count));
-  const bool warped = !report.kept && align::blendable(count, own_count);
-  std::vector<align::WarpPoint> points;
-  if (warped)
-    points = align_pair(piece.pose, input.slice(report.begin, report.end)).warp().sample(0.0);
-  for (int k = 0; k < count; ++k) {
-    const auto cell = static_cast<std::size_t>(k);
-    const double even = count > 1 ? static_cast<double>(k) * (own_count - 1) / (count - 1) : 0.0;
-    frames[cell] = report.begin + (warped ? points[cell].q : even);
+Restyled restyle(const StyleModel& model, const InputSnippet& own, const EffortTarget& asked,
+                 const ApplyOptions& options) {
+  Restyled restyled;
+  AppliedSnippet& report = restyled.report;
+  report.begin = own.begin;
+  report.end = own.end;
+  report.fragment = own.fragment;
+  report.content = own.content;
+  report.match_cost = own.match_cost;
+  report.match_threshold = own.match_threshold;
+  report.kept = !own.matches() || asked.is_free();
+  report.asked = asked;
+  report.before = own.before;
+  if (report.kept) {
+    report.own_share = 1.0;
+    report.measured = own.before;
+    restyled.piece = as_captured(own);
+    return restyled;
   }
-  return frames;
+  report.own_share = options.detail == Detail::kResidual ? 1.0 : 1.0 - options.strength;
+  report.choice = search_blend(model, own.fragment, asked, options.search);
+  restyled.piece = play(model, own, report.choice, options);
+  report.measured =
+      effort::observe(effort::describe(restyled.piece.pose), model.observer, own.content);
+  return restyled;
+}
+
+/// Pieces know no step from one to the next, and a join makes one up; where both are the input's
+/// own motion, so is the step between them.
+void restore_own_steps(AppliedStyle& applied, const motion::PoseMatrix& input) {
+  for (std::size_t n = 1; n < applied.snippets.size(); ++n) {
+    const AppliedSnippet& before = applied.snippets[n - 1];
+    const AppliedSnippet& after = applied.snippets[n];
+    const double share = std::min(before.own_share, after.own_share);
+    const int at = after.begin;
+    if (share <= 0.0 || before.end - before.begin < 2 || after.end - after.begin < 2) continue;
+    const Eigen::Vector3d made_up = 0.5 * (input.steps.col(at - 1) + input.steps.col(at + 1));
+    applied.pose.steps.col(after.output_begin) += share * (input.steps.col(at) - made_up);
+  }
 }
 
 }  // namespace
 
-AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,
-                         const EffortTarget& target, const ApplyOptions& options) {
-  if (const auto problems = target.problems(); !problems.empty()) {
-    throw Error(ErrorKind::kUsage, problems.front());
-  }
-  if (!(options.fastest_play > 1.0 && options.fastest_play <= align::kMaxWarpSlope)) {
-    throw Error(ErrorKind::kUsage,
-                "ApplyOptions::fastest_play = " + std::to_string(options.fastest_play) +
+std::string_view name_of(Detail detail) {
+  return detail == Detail::kResidual ? "residual" : "replace";
+}
+
+std::vector<std::string> ApplyOptions::problems() const {
+  std::vector<std::string> found = search.problems();
+  const std::vector<std::string> joining = join.problems();
+  found.insert(found.end(), joining.begin(), joining.end());
+  if (!(fastest_play > 1.0 && fastest_play <= align::kMaxWarpSlope)) {
+    found.push_back("ApplyOptions::fastest_play = " + std::to_string(fastest_play) +
                     " (must be in (1, 4])");
   }
-  check_input(model, input);
-  const auto segmentation = align::segment_input(input, model.database, options.segmentation);
-  if (!segmentation) {
-    throw Error(ErrorKind::kData,
-                "the input cannot be cut into fragments within the slope limit; leave --slope out");
+  if (!(strength >= 0.0 && strength <= 1.0)) {
+    found.push_back("ApplyOptions::strength = " + std::to_string(strength) +
+                    " (must be in [0, 1])");
   }
+  return found;
+}
+
+AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
+                     const AskedEffort& asked, const ApplyOptions& options) {
+  throw_problems(asked.problems());
+  throw_problems(options.problems());
+  if (options.strict) require_matches(model, segmented);
   AppliedStyle applied;
+  applied.keeps_timing = options.keep_timing;
   std::vector<motion::PoseMatrix> parts;
   std::vector<motion::FootContacts> contacts;
+  const double rate_hz = segmented.input.frame_rate_hz;
   int frame = 0;
-  for (const align::Snippet& snippet : segmentation->snippets) {
-    Piece piece = restyle(model, input, snippet, target, options);
-    piece.report.output_begin = frame;
-    frame += piece.pose.frame_count();
-    piece.report.output_end = frame;
-    const std::vector<double> frames = source_frames_of(input, piece);
-    applied.source_frames.insert(applied.source_frames.end(), frames.begin(), frames.end());
-    applied.snippets.push_back(piece.report);
-    parts.push_back(std::move(piece.pose));
-    contacts.push_back(std::move(piece.contacts));
+  for (const InputSnippet& own : segmented.snippets) {
+    const EffortTarget target =
+        asked.of_snippet(own.begin / rate_hz, own.end - own.begin, rate_hz, own.before.effort);
+    Restyled restyled = restyle(model, own, target, options);
+    restyled.report.output_begin = frame;
+    frame += restyled.piece.pose.frame_count();
+    restyled.report.output_end = frame;
+    for (const double own_frame : restyled.piece.own_frames)
+      applied.source_frames.push_back(own.begin + own_frame);
+    applied.snippets.push_back(std::move(restyled.report));
+    parts.push_back(std::move(restyled.piece.pose));
+    contacts.push_back(std::move(restyled.piece.contacts));
   }
   applied.pose = motion::concatenate(parts, options.join);
+  restore_own_steps(applied, segmented.input);
   applied.contacts = motion::concatenate(contacts);
   // Leg lengths of fragments are other people's; the motion goes back onto the input's body.
-  applied.pose.leg_length_m = input.leg_length_m;
+  applied.pose.leg_length_m = segmented.input.leg_length_m;
   return applied;
+}
+
+AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,
+                         const EffortTarget& target, const ApplyOptions& options) {
+  throw_problems(target.problems());
+  throw_problems(options.problems());
+  return restyle(model, segment_input(model, input, options.segmentation), {target, {}, {}},
+                 options);
 }
 
 }  // namespace laban::transfer

@@ -1,17 +1,16 @@
 #include "laban/transfer/play_choice.h"
 
 #include <algorithm>
+#include <span>
 
 #include "laban/blend/space_time_interpolation.h"
 #include "laban/motion/calm.h"
 
+#include "transfer/calmed.h"
+#include "transfer/frame_times.h"
+
 namespace laban::transfer {
 namespace {
-
-/// A blend may have so many times its parents' mean jerk, and at any moment so many times the
-/// largest of theirs.
-constexpr double kMostJerk = 1.2;
-constexpr double kMostLocalJerk = 1.0;
 
 /// Time warps for a blend at `alpha` in which no clip plays faster than `fastest` times: with
 /// s = dq/dp and b beyond [0, 1], clip i plays at 1 / ((1 + b) s - b) where alpha = 1 + b, so
@@ -23,36 +22,62 @@ align::TimeWarpOptions calm_warp(double alpha, double fastest) {
   return warp;
 }
 
-/// A blend without the jerks that quick play and extrapolation make of its parents' trembling.
-/// Where a time warp changes pace a blend may jerk for a moment: there it is held to what its
-/// parents do at most.
-motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const motion::PoseMatrix& parent_i,
-                          const motion::PoseMatrix& parent_j) {
-  const double usual = 0.5 * (motion::rms_jerk_m_s3(parent_i) + motion::rms_jerk_m_s3(parent_j));
-  const double largest = std::max(motion::local_jerk_m_s3(parent_i).maxCoeff(),
-                                  motion::local_jerk_m_s3(parent_j).maxCoeff());
-  return motion::calm_locally(
-      motion::calm(pose, kMostJerk * usual),
-      Eigen::RowVectorXd::Constant(pose.frame_count(), kMostLocalJerk * largest));
-}
-
 motion::FootContacts contacts_of(const motion::PoseMatrix& pose) {
   return motion::find_foot_contacts(pose).contacts;
 }
 
+/// A fragment as it is.
+PlayedChoice play_fragment(const StyleModel& model, int fragment) {
+  const motion::PoseMatrix& pose = model.fragments[static_cast<std::size_t>(fragment)].pose;
+  return {pose, contacts_of(pose), {{fragment, counted(pose.frame_count())}}};
+}
+
+/// What was blended so far with a further fragment.
+PlayedChoice blend_in(const StyleModel& model, const PlayedChoice& so_far, const BlendStep& step,
+                      double fastest_play) {
+  const PlayedChoice next = play_fragment(model, step.fragment);
+  blend::Blend made = blend::blend(
+      align_pair(so_far.pose, next.pose, calm_warp(step.alpha, fastest_play)), step.alpha);
+  PlayedChoice played{
+      {}, blend::blend_contacts(made, step.alpha, so_far.contacts, next.contacts), {}};
+  for (const PlayedPart& part : so_far.parts)
+    played.parts.push_back({part.fragment, read_at(part.frames, made.times_i)});
+  played.parts.push_back({step.fragment, std::move(made.times_j)});
+  played.pose = std::move(made.pose);
+  return played;
+}
+
 }  // namespace
 
+Jerk jerk_of(const motion::PoseMatrix& pose) {
+  return {motion::rms_jerk_m_s3(pose), motion::local_jerk_m_s3(pose).maxCoeff()};
+}
+
+Jerk jerk_of(const StyleModel& model, std::span<const PlayedPart> parts) {
+  Jerk all;
+  for (const PlayedPart& part : parts) {
+    const Jerk own = jerk_of(model.fragments[static_cast<std::size_t>(part.fragment)].pose);
+    all.usual_m_s3 += own.usual_m_s3 / static_cast<double>(parts.size());
+    all.largest_m_s3 = std::max(all.largest_m_s3, own.largest_m_s3);
+  }
+  return all;
+}
+
+motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const Jerk& sources) {
+  constexpr double kMostUsual = 1.2;           // times the sources'
+  constexpr double kMostLargest = 1.0 + 1e-9;  // the same, and round-off is no jerk
+  return motion::calm_locally(
+      motion::calm(pose, kMostUsual * sources.usual_m_s3),
+      Eigen::RowVectorXd::Constant(pose.frame_count(), kMostLargest * sources.largest_m_s3));
+}
+
 PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice, double fastest_play) {
-  const motion::PoseMatrix& pose_i =
-      model.fragments[static_cast<std::size_t>(choice.fragment_i)].pose;
-  if (choice.is_seed()) return {pose_i, contacts_of(pose_i)};
-  const motion::PoseMatrix& pose_j =
-      model.fragments[static_cast<std::size_t>(choice.fragment_j)].pose;
-  blend::Blend made =
-      blend::blend(align_pair(pose_i, pose_j, calm_warp(choice.alpha, fastest_play)), choice.alpha);
-  motion::FootContacts contacts =
-      blend::blend_contacts(made, choice.alpha, contacts_of(pose_i), contacts_of(pose_j));
-  return {calmed(made.pose, pose_i, pose_j), std::move(contacts)};
+  PlayedChoice played = play_fragment(model, choice.fragment_i);
+  if (choice.is_seed()) return played;
+  played = blend_in(model, played, {choice.fragment_j, choice.alpha}, fastest_play);
+  for (const BlendStep& step : choice.further) played = blend_in(model, played, step, fastest_play);
+  played.pose = calmed(played.pose, jerk_of(model, played.parts));
+  return played;
 }
 
 }  // namespace laban::transfer

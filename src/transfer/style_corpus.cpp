@@ -40,9 +40,8 @@ std::vector<int> all_of(std::span<const Fragment> fragments) {
   return indices;
 }
 
-/// Angles of every fragment on the branches of the mean pose of some of them.
-std::vector<Eigen::MatrixXd> angles_on_one_branch(std::span<const Fragment> fragments,
-                                                  std::span<const int> known) {
+/// The mean of all frames of some fragments' angles.
+Eigen::VectorXd mean_angles(std::span<const Fragment> fragments, std::span<const int> known) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(motion::kAngleRowCount);
   int frames = 0;
   for (const int n : known) {
@@ -50,7 +49,13 @@ std::vector<Eigen::MatrixXd> angles_on_one_branch(std::span<const Fragment> frag
     sum += pose.angles.rowwise().sum();
     frames += pose.frame_count();
   }
-  const Eigen::VectorXd mean = sum / frames;
+  return sum / frames;
+}
+
+/// Angles of every fragment on the branches of the mean pose of some of them.
+std::vector<Eigen::MatrixXd> angles_on_one_branch(std::span<const Fragment> fragments,
+                                                  std::span<const int> known) {
+  const Eigen::VectorXd mean = mean_angles(fragments, known);
   std::vector<Eigen::MatrixXd> angles;
   for (const Fragment& fragment : fragments)
     angles.push_back(align::on_branch_of(fragment.pose.angles, mean));
@@ -182,6 +187,18 @@ std::vector<Eigen::VectorXd> content_coordinates(std::span<const Fragment> fragm
     coordinates.push_back(map.coordinates(angles));
   }
   return coordinates;
+}
+
+Eigen::VectorXd mean_pose(std::span<const Fragment> fragments) {
+  return mean_angles(fragments, all_of(fragments));
+}
+return sum / frames;
+}
+
+Eigen::VectorXd content_coordinates(const motion::PoseMatrix& pose,
+                                    const Eigen::VectorXd& mean_pose,
+                                    const effort::ContentMap& map) {
+  return map.coordinates(align::on_branch_of(pose.angles, mean_pose));
 }
 
 effort::ContentMap fit_corpus_content_map(std::span<const Fragment> fragments,

@@ -7,13 +7,13 @@
 #include "laban/base/error.h"
 #include "laban/math/golden_section.h"
 
+#include "transfer/blend_search.h"
+
 namespace laban::transfer {
 namespace {
 
 using base::Error;
 using base::ErrorKind;
-using blend::kMaxAlpha;
-using blend::kMinAlpha;
 
 void throw_problems(const std::vector<std::string>& problems) {
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
@@ -47,32 +47,64 @@ Eigen::VectorXd features_of(const StyleModel& model, const Pair& pair) {
                                 effort::to_vector(*model.fragments[j].effort), 0.0);
 }
 
-void extend(std::array<FactorRange, effort::kFactorCount>& ranges, const effort::EffortVector& e) {
-  for (std::size_t f = 0; f < ranges.size(); ++f) {
-    ranges[f].low = std::min(ranges[f].low, e[static_cast<Eigen::Index>(f)]);
-    ranges[f].high = std::max(ranges[f].high, e[static_cast<Eigen::Index>(f)]);
-  }
-}
-
-std::vector<double> uniform_alphas(int samples) {
+std::vector<double> uniform_alphas(int samples, const AlphaRange& range) {
   std::vector<double> alphas(static_cast<std::size_t>(samples));
   for (int m = 0; m < samples; ++m) {
-    alphas[static_cast<std::size_t>(m)] = kMinAlpha + (kMaxAlpha - kMinAlpha) * m / (samples - 1);
+    alphas[static_cast<std::size_t>(m)] = range.low + (range.high - range.low) * m / (samples - 1);
   }
-  alphas.back() = kMaxAlpha;
+  alphas.back() = range.high;
   return alphas;
+}
+
+/// A candidate at the samples of alpha.
+struct Sampled {
+  Eigen::Index index = 0;
+  std::vector<double> distances;  ///< to the target
+  double hope = 0.0;              ///< the least distance that there may be between samples
+};
+
+/// @param curve  predictions at each sample.
+Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::Matrix3Xd>& curve,
+                const EffortTarget& target) {
+  // Between samples a curve may bend, but hardly moves so much more than from sample to sample.
+  constexpr double kMostBend = 1.5;
+  Sampled candidate{index, {}, 0.0};
+  for (Eigen::Index m = 0; m < curve.cols(); ++m)
+    candidate.distances.push_back(target.distance_to(curve.col(m)));
+  const auto best = std::min_element(candidate.distances.begin(), candidate.distances.end());
+  const Eigen::Index at = best - candidate.distances.begin();
+  double step = 0.0;
+  for (const Eigen::Index next : {at - 1, at + 1}) {
+    if (next >= 0 && next < curve.cols())
+      step = std::max(step, target.length_of(curve.col(next) - curve.col(at)));
+  }
+  candidate.hope = std::max(0.0, *best - kMostBend * step);
+  return candidate;
 }
 
 }  // namespace
 
-double EffortTarget::distance_to(const effort::EffortVector& e) const {
+double EffortTarget::length_of(const effort::EffortVector& difference) const {
   double sum = 0.0;
   for (std::size_t f = 0; f < factors.size(); ++f) {
-    if (!factors[f]) continue;
-    const double d = *factors[f] - e[static_cast<Eigen::Index>(f)];
-    sum += weights[f] * d * d;
+    const double d = difference[static_cast<Eigen::Index>(f)];
+    if (factors[f]) sum += weights[f] * d * d;
   }
   return std::sqrt(sum);
+}
+
+double EffortTarget::distance_to(const effort::EffortVector& e) const {
+  effort::EffortVector missed = effort::EffortVector::Zero();
+  for (std::size_t f = 0; f < factors.size(); ++f) {
+    const auto row = static_cast<Eigen::Index>(f);
+    if (factors[f]) missed[row] = *factors[f] - e[row];
+  }
+  return length_of(missed);
+}
+
+bool EffortTarget::is_free() const {
+  return std::none_of(factors.begin(), factors.end(),
+                      [](const auto& factor) { return factor.has_value(); });
 }
 
 std::vector<std::string> EffortTarget::problems() const {
@@ -84,10 +116,12 @@ std::vector<std::string> EffortTarget::problems() const {
       found.push_back("target " + name + " = " + std::to_string(*factors[f]) +
                       " (must be in [-3, 3])");
     }
-    if (!(weights[f] > 0.0)) found.push_back("weight of " + name + " (must be > 0)");
+    if (!(weights[f] > 0.0 && std::isfinite(weights[f]))) {
+      found.push_back("weight of " + name + " = " + std::to_string(weights[f]) +
+                      " (must be a finite number > 0)");
+    }
   }
-  if (std::none_of(factors.begin(), factors.end(),
-                   [](const auto& factor) { return factor.has_value(); })) {
+  if (is_free()) {
     found.emplace_back("no target given; ask for at least one of flow, weight, time");
   }
   return found;
@@ -99,6 +133,8 @@ std::vector<std::string> SearchOptions::problems() const {
     found.push_back("SearchOptions::neighbors = " + std::to_string(neighbors) + " (must be >= 1)");
   if (samples < 2)
     found.push_back("SearchOptions::samples = " + std::to_string(samples) + " (must be >= 2)");
+  if (way < 2 || way > kMostWays)
+    found.push_back("SearchOptions::way = " + std::to_string(way) + " (must be 2, 3 or 4)");
   if (!(alpha_tolerance > 0.0)) found.emplace_back("SearchOptions::alpha_tolerance (must be > 0)");
   return found;
 }
@@ -120,6 +156,60 @@ std::optional<effort::StylePrediction> effort_curve_with_error(const StyleModel&
   return model.regressor.predict_with_error(z);
 }
 
+std::vector<BlendShare> BlendChoice::shares() const {
+  if (is_seed()) return {{fragment_i, 1.0}};
+  std::vector<BlendShare> shares = {{fragment_i, 1.0 - alpha}, {fragment_j, alpha}};
+  for (const BlendStep& step : further) {
+    for (BlendShare& share : shares) share.weight *= 1.0 - step.alpha;
+    shares.push_back({step.fragment, step.alpha});
+  }
+  return shares;
+}
+
+void extend(Reachable& reachable, const effort::EffortVector& e) {
+  for (std::size_t f = 0; f < reachable.size(); ++f) {
+    reachable[f].low = std::min(reachable[f].low, e[static_cast<Eigen::Index>(f)]);
+    reachable[f].high = std::max(reachable[f].high, e[static_cast<Eigen::Index>(f)]);
+  }
+}
+
+std::optional<FoundBlend> find_blend(const StyleModel& model, const Eigen::MatrixXd& z,
+                                     const EffortTarget& target, const SearchOptions& options,
+                                     Reachable& reachable, const AlphaRange& range) {
+  if (z.cols() == 0) return std::nullopt;
+  const std::vector<double> alphas = uniform_alphas(options.samples, range);
+  effort::StyleScratch scratch;
+  const Eigen::Matrix3Xd curves =
+      model.regressor.predict_curves(z.topRows(z.rows() - 1), alphas, scratch);
+  std::vector<Sampled> candidates;
+  for (Eigen::Index p = 0; p < z.cols(); ++p) {
+    for (Eigen::Index m = 0; m < options.samples; ++m)
+      extend(reachable, curves.col(p * options.samples + m));
+    candidates.push_back(
+        sampled(p, curves.middleCols(p * options.samples, options.samples), target));
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Sampled& a, const Sampled& b) { return a.hope < b.hope; });
+  FoundBlend best;
+  best.distance = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd point(z.rows());
+  for (const Sampled& candidate : candidates) {
+    if (candidate.hope >= best.distance) break;
+    const auto predict = [&](double alpha) -> effort::EffortVector {
+      point = z.col(candidate.index);
+      point[point.size() - 1] = alpha;
+      return model.regressor.predict(point, scratch).col(0);
+    };
+    const math::Minimum found =
+        math::refine_best_sample([&](double alpha) { return target.distance_to(predict(alpha)); },
+                                 alphas, candidate.distances, options.alpha_tolerance);
+    if (found.value < best.distance)
+      best = {candidate.index, found.x, predict(found.x), found.value};
+  }
+  extend(reachable, best.predicted);
+  return best;
+}
+
 BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarget& target,
                          const SearchOptions& options) {
   throw_problems(target.problems());
@@ -132,49 +222,53 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
   neighbors.resize(std::min(neighbors.size(), static_cast<std::size_t>(options.neighbors)));
 
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Reachable reachable;
+  reachable.fill({kInfinity, -kInfinity});
   BlendChoice best;
   best.distance = kInfinity;
-  best.reachable.fill({kInfinity, -kInfinity});
   for (const int k : neighbors) {
     const effort::Effort label = *model.fragments[static_cast<std::size_t>(k)].effort;
-    const effort::EffortVector e = effort::to_vector(label);
-    extend(best.reachable, e);
-    const double distance = target.distance_to(e);
-    if (distance < best.distance) best = {k, k, 0.0, label, distance, best.reachable};
+    extend(reachable, effort::to_vector(label));
+    const double distance = target.distance_to(effort::to_vector(label));
+    if (distance < best.distance) best = {k, k, 0.0, label, distance, {}, {}, {}};
   }
   const std::vector<Pair> pairs = pairs_among(model, neighbors);
-  if (pairs.empty()) return best;
-
-  const std::vector<double> alphas = uniform_alphas(options.samples);
-  Eigen::MatrixXd z(model.regressor.feature_rows(), static_cast<Eigen::Index>(pairs.size()));
+  Eigen::MatrixXd z(model.regressor.feature_rows(), std::ssize(pairs));
   for (std::size_t p = 0; p < pairs.size(); ++p)
     z.col(static_cast<Eigen::Index>(p)) = features_of(model, pairs[p]);
-  effort::StyleScratch scratch;
-  const Eigen::Matrix3Xd curves =
-      model.regressor.predict_curves(z.topRows(z.rows() - 1), alphas, scratch);
-  Eigen::VectorXd point(z.rows());
-  std::vector<double> distances(alphas.size());
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const auto predict = [&](double alpha) -> effort::EffortVector {
-      point = z.col(static_cast<Eigen::Index>(p));
-      point[point.size() - 1] = alpha;
-      return model.regressor.predict(point, scratch).col(0);
-    };
-    for (Eigen::Index m = 0; m < options.samples; ++m) {
-      const effort::EffortVector e = curves.col(static_cast<Eigen::Index>(p) * options.samples + m);
-      extend(best.reachable, e);
-      distances[static_cast<std::size_t>(m)] = target.distance_to(e);
-    }
-    const math::Minimum found =
-        math::refine_best_sample([&](double alpha) { return target.distance_to(predict(alpha)); },
-                                 alphas, distances, options.alpha_tolerance);
-    if (found.value < best.distance) {
-      const effort::EffortVector e = predict(found.x);
-      extend(best.reachable, e);
-      best = {pairs[p].i, pairs[p].j, found.x, effort::to_effort(e), found.value, best.reachable};
-    }
+  if (const auto found = find_blend(model, z, target, options, reachable)) {
+    Eigen::VectorXd features = z.col(found->candidate);
+    features[features.size() - 1] = found->alpha;
+    const Pair& pair = pairs[static_cast<std::size_t>(found->candidate)];
+    BlendChoice blend{pair.i,          pair.j, found->alpha, effort::to_effort(found->predicted),
+                      found->distance, {},     {},           std::move(features)};
+    if (options.way > 2 && std::min(best.distance, blend.distance) > kMissedBy)
+      blend = blend_further(model, neighbors, blend, target, options, reachable);
+    const double least_gain = blend.further.empty() ? 0.0 : kLeastGain;
+    if (blend.distance < best.distance - least_gain) best = std::move(blend);
   }
+  best.reachable = reachable;
   return best;
+}
+
+std::vector<std::optional<effort::Effort>> standard_errors(const StyleModel& model,
+                                                           std::span<const BlendChoice> choices) {
+  std::vector<std::optional<effort::Effort>> errors(choices.size());
+  std::vector<std::size_t> blends;
+  for (std::size_t n = 0; n < choices.size(); ++n) {
+    if (choices[n].features.size() > 0) blends.push_back(n);
+  }
+  if (blends.empty()) return errors;
+  Eigen::MatrixXd z(model.regressor.feature_rows(), std::ssize(blends));
+  for (std::size_t b = 0; b < blends.size(); ++b)
+    z.col(static_cast<Eigen::Index>(b)) = choices[blends[b]].features;
+  const auto predicted = model.regressor.predict_with_error(z);
+  if (!predicted) return errors;
+  for (std::size_t b = 0; b < blends.size(); ++b) {
+    errors[blends[b]] =
+        effort::to_effort(predicted->standard_error.col(static_cast<Eigen::Index>(b)));
+  }
+  return errors;
 }
 
 }  // namespace laban::transfer

@@ -9,51 +9,36 @@
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
 
+#include "transfer/frame_times.h"
+
 namespace laban::transfer {
 namespace {
 
 /// Times over which the input's own time is smoothed, seconds.
 constexpr double kWarpS = 0.2;
 
-/// Frames [k - reach, k + reach] averaged, the ends reflected about themselves (2 x_0 - x_k): what
-/// rises goes on rising, and a steady rise stays as it is.
-std::vector<double> averaged(const std::vector<double>& values, int reach) {
-  const int last = static_cast<int>(values.size()) - 1;
-  const auto at = [&](int k) { return values[static_cast<std::size_t>(std::clamp(k, 0, last))]; };
-  const auto beyond = [&](int k) {
-    if (k < 0) return 2.0 * values.front() - at(-k);
-    return k <= last ? at(k) : 2.0 * values.back() - at(2 * last - k);
-  };
-  std::vector<double> means;
-  double sum = 0.0;
-  for (int k = -reach; k <= reach; ++k) sum += beyond(k);
-  for (int k = 0; k <= last; ++k) {
-    means.push_back(sum / (2 * reach + 1));
-    sum += beyond(k + reach + 1) - beyond(k - reach);
-  }
-  return means;
+/// The frames of a styled motion, (fractional) at the model's rate, that are played at the input's:
+/// its own duration, or the input's frame count if it keeps the timing.
+std::vector<double> played_frames(const AppliedStyle& applied, const motion::Clip& input) {
+  const double step = applied.pose.frame_rate_hz / input.frame_rate_hz();
+  const double last = applied.pose.frame_count() - 1;
+  const int count = applied.keeps_timing ? input.frame_count()
+                                         : static_cast<int>(std::floor(last / step + 1e-6)) + 1;
+  std::vector<double> frames = counted(count);
+  for (double& frame : frames) frame *= step;
+  return frames;
 }
 
-/// For each frame at the input's rate, the input frame that shows the same moment of the action.
-/// A time warp's slope jumps from cell to cell; joints that play the input by it would tremble, so
-/// it is smoothed over kWarpS, three times.
-std::vector<double> source_frames(const AppliedStyle& applied, double rate_hz, int frame_count) {
-  // The source frames count at the model's rate; what is asked for counts at the input's.
-  const double per_frame = rate_hz / applied.pose.frame_rate_hz;
-  std::vector<double> frames;
-  for (int k = 0; k < frame_count; ++k) {
-    const double at =
-        std::min(k / per_frame, static_cast<double>(applied.source_frames.size() - 1));
-    const auto before = static_cast<std::size_t>(at);
-    const auto after = std::min(before + 1, applied.source_frames.size() - 1);
-    const double share = at - static_cast<double>(before);
-    frames.push_back(
-        ((1.0 - share) * applied.source_frames[before] + share * applied.source_frames[after]) *
-        per_frame);
-  }
-  const int reach = static_cast<int>(std::lround(0.5 * kWarpS * rate_hz));
-  for (int pass = 0; pass < 3; ++pass) frames = averaged(frames, reach);
-  return frames;
+/// For each frame that is played, the frame of the input's clip that shows the same moment. A time
+/// warp's slope jumps from cell to cell; joints that play the input by it would tremble, so it is
+/// smoothed over kWarpS, three times, unless the input's own timing is kept.
+std::vector<double> source_frames(const AppliedStyle& applied, const std::vector<double>& played,
+                                  double rate_hz) {
+  std::vector<double> frames = read_at(applied.source_frames, played);
+  // They count at the model's rate; what is asked for counts at the input's.
+  for (double& frame : frames) frame *= rate_hz / applied.pose.frame_rate_hz;
+  if (applied.keeps_timing) return frames;
+  return smoothed_times(std::move(frames), static_cast<int>(std::lround(0.5 * kWarpS * rate_hz)));
 }
 
 /// A fragment on the input's body: travel scales to its legs.
@@ -69,19 +54,19 @@ std::vector<motion::Clip> play_sources(const StyleModel& model, const AppliedSty
   std::set<int> seen;
   const double per_frame = input.clip.frame_rate_hz() / applied.pose.frame_rate_hz;
   for (const AppliedSnippet& snippet : applied.snippets) {
-    if (snippet.kept) {
+    if (snippet.own_share > 0.0) {
       const int last = input.clip.frame_count();
       const int begin =
           std::clamp(static_cast<int>(std::lround(snippet.begin * per_frame)), 0, last - 1);
       const int end =
           std::clamp(static_cast<int>(std::lround(snippet.end * per_frame)), begin + 1, last);
       sources.push_back(input.clip.slice(begin, end));
-      continue;
     }
-    for (const int fragment : {snippet.choice.fragment_i, snippet.choice.fragment_j}) {
-      if (!seen.insert(fragment).second) continue;
+    if (snippet.kept) continue;
+    for (const BlendShare& share : snippet.choice.shares()) {
+      if (!seen.insert(share.fragment).second) continue;
       sources.push_back(
-          play_fragment(model.fragments[static_cast<std::size_t>(fragment)].pose, input));
+          play_fragment(model.fragments[static_cast<std::size_t>(share.fragment)].pose, input));
     }
   }
   return sources;
@@ -117,8 +102,12 @@ std::vector<int> joins_of(const AppliedStyle& applied, double rate_hz, int frame
 StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
                       const motion::Capture& input, const StyledClipOptions& options) {
   const double rate_hz = input.clip.frame_rate_hz();
-  const motion::PoseMatrix pose = motion::resample(applied.pose, rate_hz);
-  const std::vector<double> frames = source_frames(applied, rate_hz, pose.frame_count());
+  const std::vector<double> played = played_frames(applied, input.clip);
+  const bool every_frame =
+      rate_hz == applied.pose.frame_rate_hz && std::ssize(played) == applied.pose.frame_count();
+  const motion::PoseMatrix pose =
+      every_frame ? applied.pose : motion::sample(applied.pose, played, rate_hz);
+  const std::vector<double> frames = source_frames(applied, played, rate_hz);
   StyledClip styled{
       motion::from_pose_matrix(pose, input.humanoid, input.clip, {frames, std::nullopt}),
       frames,
@@ -137,8 +126,8 @@ StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
   motion::FootLockOptions lock;
   lock.floor = styled.floor;
   lock.joins = styled.joins;
-  motion::LockedFeet locked = motion::lock_feet(styled.clip, input.humanoid,
-                                                motion::resample(applied.contacts, rate_hz), lock);
+  motion::LockedFeet locked = motion::lock_feet(
+      styled.clip, input.humanoid, motion::sample(applied.contacts, played, rate_hz), lock);
   styled.clip = std::move(locked.clip);
   styled.foot_stances = locked.stances;
   styled.foot_steps = locked.steps;

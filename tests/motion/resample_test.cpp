@@ -84,6 +84,24 @@ TEST(Resample, OneFrameStaysOneFrame) {
   EXPECT_EQ(resample(clip, 17.0).frame_count(), 1);
 }
 
+TEST(Sample, ReadsAPoseMatrixAtAnyFramesWithItsStepsBetweenThem) {
+  const PoseMatrix pose = test::random_pose_matrix({.frames = 41});
+  std::vector<double> frames;
+  for (int f = 0; f <= 20; ++f) frames.push_back(2.0 * f);
+  const PoseMatrix read = sample(pose, frames, 30.0);
+  ASSERT_EQ(read.frame_count(), 21);
+  EXPECT_EQ(read.frame_rate_hz, 30.0);
+  const Eigen::Matrix3Xd path = planar_path(pose);
+  const Eigen::Matrix3Xd read_path = planar_path(read);
+  for (int f = 0; f <= 20; ++f) {
+    EXPECT_EQ(read.angles.col(f), pose.angles.col(2 * f));
+    EXPECT_EQ(read.height(f), pose.height(2 * f));
+    EXPECT_LT((read_path.col(f) - path.col(2 * f)).norm(), 1e-12);
+  }
+  EXPECT_THROW((void)sample(pose, {}, 30.0), base::Error);
+  EXPECT_THROW((void)sample(pose, frames, 0.0), base::Error);
+}
+
 TEST(Resample, RefusesARateThatIsNone) {
   const Clip clip = test::random_clip({.joints = 1, .frames = 2});
   for (const double rate : {0.0, -30.0, std::nan(""), HUGE_VAL}) {

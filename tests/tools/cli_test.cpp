@@ -124,6 +124,124 @@ TEST_F(Cli, ApplyGivesTheSameActionsInTheAskedEffort) {
   EXPECT_EQ(facts["frame_rate_hz"], input["frame_rate_hz"]);
 }
 
+TEST_F(Cli, ApplyAsksForChangesAfterAPlusSign) {
+  const auto asked = [&](const std::string& options) {
+    const Outcome result = run("apply " + kWalk + " " + options + " -o out.bvh --json --force");
+    EXPECT_EQ(result.code, 0) << result.err;
+    return json::parse(result.out)["snippets"][0];
+  };
+  const json up = asked("--time +0.5 --flow 1");
+  EXPECT_EQ(up["asked"]["flow"], 1.0);
+  EXPECT_NEAR(up["asked"]["time"], up["measured_before"]["time"].get<double>() + 0.5, 1e-12);
+  EXPECT_EQ(asked("--time +-0.5")["asked"], asked("--relative --time -0.5")["asked"]);
+  EXPECT_EQ(asked("--time +6")["asked"]["time"], 3.0);
+  const std::string apply = "apply " + kWalk + " -o new.bvh ";
+  expect_error(apply + "--time +6.5", 2, "--time +6.5: a change must be in [-6, 6]");
+  expect_error(apply + "--time -3.5", 2, "--time -3.5: an Effort must be in [-3, 3]");
+  expect_error(apply + "--time quick", 2, "--time quick: no number");
+  expect_error(apply + "--time 1 --weights 1,0,1", 2, "--weights");
+}
+
+TEST_F(Cli, WeightsSayWhichFactorCountsMost) {
+  const auto missed = [&](const std::string& weights) {
+    const json report =
+        json::parse(run("apply " + kWalk + " --flow -2 --weight 2 --time -2 --weights " + weights +
+                        " -o out.bvh --json --force")
+                        .out);
+    EXPECT_EQ(report["run"]["options"]["asked"]["weights"].size(), 3U);
+    return std::abs(report["snippets"][0]["predicted"]["time"].get<double>() + 2.0);
+  };
+  EXPECT_LT(missed("1,1,50"), missed("50,50,1"));
+}
+
+TEST_F(Cli, AnEffortCurveIsAskedForOverTime) {
+  write(folder_ / "curve.csv", "seconds,flow,time\n0,,-1\n20,,1\n");
+  const Outcome result = run("apply " + kTake + " --effort-curve curve.csv -o out.bvh --json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const json report = json::parse(result.out);
+  double previous = -1.0;
+  for (const json& snippet : report["snippets"]) {
+    EXPECT_TRUE(snippet["asked"]["flow"].is_null());
+    EXPECT_GT(snippet["asked"]["time"], previous);
+    previous = snippet["asked"]["time"];
+  }
+  EXPECT_EQ(report["run"]["inputs"].size(), 3U);
+  write(folder_ / "bad.csv", "seconds,time\n0,1\n1,much\n");
+  expect_error("apply " + kTake + " --effort-curve bad.csv -o new.bvh", 4,
+               "bad.csv:3: time = 'much' is no number");
+  expect_error("apply " + kTake + " --effort-curve curve.csv --time 1 -o new.bvh", 2, "excludes");
+}
+
+TEST_F(Cli, StrengthTimingAndDetailSayHowMuchOfTheInputLivesOn) {
+  const json input = json::parse(run("inspect --json " + kTake).out);
+  const auto frames = [&](const std::string& options) {
+    EXPECT_EQ(run("apply " + kTake + " --time 2 -o out.bvh --force " + options).code, 0);
+    return json::parse(run("inspect --json out.bvh").out)["frames"];
+  };
+  EXPECT_EQ(frames("--keep-timing"), input["frames"]);
+  EXPECT_EQ(frames("--keep-timing --detail residual --strength 0.5"), input["frames"]);
+  EXPECT_NE(frames(""), input["frames"]);
+  EXPECT_EQ(frames("--strength 0 --no-foot-fix"), input["frames"]);
+  // The input is back: the same poses, so aligning the two costs nothing to speak of.
+  const json match = json::parse(run("match --json --metric raw out.bvh " + kTake).out);
+  EXPECT_LT(match["mean_cost"], 1e-8);
+}
+
+TEST_F(Cli, WhatIsOutOfReachIsToldWithTheNearest) {
+  const Outcome result = run("apply " + kWalk + " --flow 3 --weight -3 --time 3 -o out.bvh");
+  ASSERT_EQ(result.code, 0);
+  EXPECT_THAT(result.err, HasSubstr("is out of reach of 1 of 1 snippets; the nearest"));
+  EXPECT_THAT(result.out, HasSubstr(" +- "));
+  const Outcome near = run("apply " + kWalk + " --time 0.1 -o near.bvh");
+  EXPECT_THAT(near.err, IsEmpty());
+}
+
+TEST_F(Cli, ABatchGoesOnWhereItStoppedAndWhateverFails) {
+  write(folder_ / "bad.bvh", "HIERARCHY\n");
+  const std::string clips = kWalk + " bad.bvh " + kOtherWalk + " " + kBow;
+  const auto statuses = [](const Outcome& result) {
+    std::vector<std::string> found;
+    const json report = json::parse(result.out);
+    for (const json& clip : report["clips"]) found.push_back(clip["status"]);
+    return found;
+  };
+  const Outcome first = run("apply " + clips + " --time 1 --output-dir one --json --threads 1");
+  EXPECT_EQ(first.code, 4);
+  EXPECT_THAT(first.err, HasSubstr("1 of 4 clips failed, the first: bad.bvh:"));
+  EXPECT_THAT(statuses(first), ElementsAre("done", "failed", "done", "done"));
+  EXPECT_EQ(files_in(folder_ / "one").size(), 4U);
+
+  // Whatever the number of threads, and in a folder named like one.
+  const Outcome both = run("apply " + clips + " --time 1 -o two/ --json --threads 4");
+  for (const std::string& name : files_in(folder_ / "one"))
+    EXPECT_TRUE(bytes_of(folder_ / "one" / name) == bytes_of(folder_ / "two" / name)) << name;
+
+  // One output is gone: it alone is made again, and all is as it was.
+  const std::string table = bytes_of(folder_ / "one/summary.csv");
+  fs::remove(folder_ / "one/phrase_bow_p01.bvh");
+  const Outcome again = run("apply " + clips + " --time 1 --output-dir one --json");
+  EXPECT_THAT(statuses(again), ElementsAre("skipped", "failed", "skipped", "done"));
+  EXPECT_EQ(bytes_of(folder_ / "one/summary.csv"), table);
+  // Other options are not the same: nothing is overwritten, unless told.
+  const Outcome other = run("apply " + clips + " --time 2 --output-dir one");
+  EXPECT_EQ(other.code, 3);
+  EXPECT_THAT(other.err, HasSubstr("give --force"));
+  EXPECT_EQ(bytes_of(folder_ / "one/summary.csv"), table);
+  EXPECT_THAT(statuses(run("apply " + clips + " --time 2 --output-dir one --json --force")),
+              ElementsAre("done", "failed", "done", "done"));
+}
+
+TEST_F(Cli, ABatchNeedsAFolderAndANameForEachOutput) {
+  const std::string two = kWalk + " " + kBow + " --time 1 ";
+  expect_error("apply " + two + "-o out.bvh", 2, "--output-dir");
+  expect_error("apply " + two, 2, "--output-dir");
+  expect_error("apply " + kWalk + " --time 1", 2, "no output given");
+  expect_error("apply " + two + "--output-dir out --picture out.png", 2, "--picture");
+  expect_error("apply " + kWalk + " " + kWalk + " --time 1 --output-dir out", 2,
+               "would both become");
+  expect_error("apply " + folder_.string() + " --time 1 --output-dir out", 2, "no clip");
+}
+
 TEST_F(Cli, TheSameCommandGivesTheSameBytes) {
   const auto outcome = [&](const std::string& threads) {
     EXPECT_EQ(run("apply " + kTake + " --flow 1 -o out.glb --report out.json --force").code, 0);

@@ -47,6 +47,8 @@ def main():
         "agree --labels raters.csv --bootstrap 200",
         f"apply {take} --time 1 -o styled.bvh --report report.json",
         f"apply {walk} --flow 1 -o walk.glb",
+        f"apply {walk} --time +1 --way 3 --detail residual -o residual.bvh",
+        f"apply {walk} {other} --weight 1 --output-dir styled",
         f"blend {walk} {other} --alpha 0.5 -o blend.bvh",
         f"convert {take} -o take.glb",
         f"corpus --clips {phrase} --pattern phrase_{{content}}_{{performer}} --blends 5 --label measured -o corpus.csv",

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "laban/transfer/play_choice.h"
 
 #include "toy_corpus.h"
 
@@ -62,6 +63,106 @@ TEST(SearchBlend, OneNeighbourLeavesTheFragmentItself) {
   const BlendChoice choice = search_blend(test::toy_model(), 5, target, {.neighbors = 1});
   EXPECT_TRUE(choice.is_seed());
   EXPECT_EQ(choice.fragment_i, 5);
+}
+
+// All three factors at once: more than two fragments can be blended to in general.
+TEST(SearchBlend, FurtherFragmentsComeNearerWhereTwoMiss) {
+  const StyleModel& model = test::toy_model();
+  int better = 0;
+  for (int fragment = 0; fragment < 12; ++fragment) {
+    const EffortTarget target{{-0.3 + 0.1 * fragment, 0.8, -0.4}, {1.0, 1.0, 1.0}};
+    const BlendChoice two = search_blend(model, fragment, target);
+    double previous = two.distance;
+    for (const int way : {3, 4}) {
+      const BlendChoice more = search_blend(model, fragment, target, {.way = way});
+      EXPECT_LE(more.distance, previous);
+      previous = more.distance;
+      EXPECT_LE(static_cast<int>(more.shares().size()), way);
+      if (more.further.empty()) {
+        EXPECT_EQ(more.distance, two.distance);
+        continue;
+      }
+      EXPECT_LT(more.distance, two.distance - kLeastGain);
+      EXPECT_NEAR(more.distance, target.distance_to(effort::to_vector(more.predicted)), 1e-12);
+      ++better;
+    }
+  }
+  EXPECT_GE(better, 6);
+}
+
+TEST(SearchBlend, TwoWaysAreThePapersWhateverMoreCouldDo) {
+  const EffortTarget easy{{std::nullopt, 0.3, std::nullopt}, {1.0, 1.0, 1.0}};
+  const BlendChoice two = search_blend(test::toy_model(), 1, easy);
+  ASSERT_LT(two.distance, kMissedBy);
+  const BlendChoice three = search_blend(test::toy_model(), 1, easy, {.way = 3});
+  EXPECT_TRUE(three.further.empty());
+  EXPECT_EQ(three.alpha, two.alpha);
+}
+
+TEST(BlendChoice, SharesOfANestSumToOne) {
+  BlendChoice choice;
+  choice.fragment_i = 4;
+  choice.fragment_j = 7;
+  choice.alpha = 0.25;
+  choice.further = {{9, 0.5}, {2, -0.2}};
+  const std::vector<BlendShare> shares = choice.shares();
+  ASSERT_EQ(shares.size(), 4U);
+  EXPECT_DOUBLE_EQ(shares[0].weight, 0.75 * 0.5 * 1.2);
+  EXPECT_DOUBLE_EQ(shares[1].weight, 0.25 * 0.5 * 1.2);
+  EXPECT_DOUBLE_EQ(shares[2].weight, 0.5 * 1.2);
+  EXPECT_DOUBLE_EQ(shares[3].weight, -0.2);
+  EXPECT_EQ(shares[3].fragment, 2);
+}
+
+// A nest in which the last fragment has no weight is the pair, played alike.
+TEST(PlayChoice, AFurtherFragmentWithoutWeightChangesNothing) {
+  const StyleModel& model = test::toy_model();
+  BlendChoice pair;
+  pair.fragment_i = 1;
+  pair.fragment_j = 3;
+  pair.alpha = 0.4;
+  BlendChoice nest = pair;
+  nest.further = {{4, 0.0}};
+  const PlayedChoice a = play_choice(model, pair);
+  const PlayedChoice b = play_choice(model, nest);
+  ASSERT_EQ(a.pose.frame_count(), b.pose.frame_count());
+  EXPECT_LT((a.pose.angles - b.pose.angles).cwiseAbs().maxCoeff(), 1e-6);
+  ASSERT_EQ(b.parts.size(), 3U);
+  for (std::size_t n = 0; n < 2; ++n) {
+    for (std::size_t k = 0; k < a.parts[n].frames.size(); ++k)
+      EXPECT_NEAR(a.parts[n].frames[k], b.parts[n].frames[k], 1e-9);
+  }
+}
+
+TEST(PlayChoice, EveryPartOfANestGoesByFromItsFirstFrameToItsLast) {
+  const StyleModel& model = test::toy_model();
+  BlendChoice nest;
+  nest.fragment_i = 1;
+  nest.fragment_j = 3;
+  nest.alpha = 0.4;
+  nest.further = {{4, 0.5}};
+  const PlayedChoice played = play_choice(model, nest);
+  ASSERT_EQ(played.parts.size(), 3U);
+  for (const PlayedPart& part : played.parts) {
+    const int frames = model.fragments[static_cast<std::size_t>(part.fragment)].pose.frame_count();
+    ASSERT_EQ(static_cast<int>(part.frames.size()), played.pose.frame_count());
+    EXPECT_TRUE(std::is_sorted(part.frames.begin(), part.frames.end()));
+    EXPECT_EQ(part.frames.front(), 0.0);
+    EXPECT_NEAR(part.frames.back(), frames - 1.0, 1e-9);
+  }
+}
+
+TEST(StandardErrors, AreTheRegressorsOwnAndNoneOfAFragmentItself) {
+  const StyleModel& model = test::toy_model();
+  const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 1.0, 1.0}};
+  const BlendChoice choices[] = {search_blend(model, 8, target),
+                                 search_blend(model, 8, target, {.neighbors = 1})};
+  const auto errors = standard_errors(model, choices);
+  ASSERT_EQ(errors.size(), 2U);
+  EXPECT_EQ(errors[1], std::nullopt);
+  const auto own = model.regressor.predict_with_error(choices[0].features);
+  ASSERT_EQ(errors[0].has_value(), own.has_value());
+  if (own) EXPECT_EQ(effort::to_vector(*errors[0]), own->standard_error.col(0));
 }
 
 TEST(SearchBlend, RefusesTargetsThatAskForNothingOrTooMuch) {

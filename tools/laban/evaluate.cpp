@@ -12,6 +12,7 @@
 
 #include "evaluation_report.h"
 #include "files.h"
+#include "report.h"
 #include "verb.h"
 
 namespace laban::cli {
@@ -32,6 +33,7 @@ struct EvaluateVerb {
   std::optional<int> test;
   int components = 3;
   int closed_loop = 0;
+  transfer::SearchOptions search;  ///< of the closed loop
 };
 
 /// Blends of the corpus: labels of one blend by several observers are one.
@@ -124,18 +126,22 @@ void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
   options.targets = verb.closed_loop;
   options.seed = verb.common.seed;
   options.threads = verb.common.threads;
+  options.search = verb.search;
   const transfer::StyleModel model = transfer::train_style_model(read.corpus, training);
   const auto single = transfer::closed_loop_scores(transfer::single_factor_trials(model, options));
   const auto left_out =
       transfer::closed_loop_scores(transfer::left_out_trials(model, read.corpus, options));
   if (verb.common.json) {
-    const Json json = {
-        {"schema", "laban.evaluate.closed-loop/1"},
-        {"single_factor", to_json(single)},
-        {"left_out_labels", to_json(left_out)},
-        {"run",
-         run_record("evaluate", {{"closed_loop", verb.closed_loop}, {"seed", verb.common.seed}},
-                    read.records)}};
+    const Json json = {{"schema", "laban.evaluate.closed-loop/1"},
+                       {"single_factor", to_json(single)},
+                       {"left_out_labels", to_json(left_out)},
+                       {"run", run_record("evaluate",
+                                          {{"closed_loop", verb.closed_loop},
+                                           {"seed", verb.common.seed},
+                                           {"neighbours", verb.search.neighbors},
+                                           {"samples", verb.search.samples},
+                                           {"way", verb.search.way}},
+                                          read.records)}};
     fmt::print("{}\n", json.dump(2));
     return;
   }
@@ -214,6 +220,7 @@ void add_evaluate(CLI::App& app) {
       ->excludes(runs_csv)
       ->excludes(plot);
   add_rater_options(sub, verb->reading);
+  add_search_options(sub, verb->search);
   add_common(sub, verb->common, {.writes = true, .threads = true, .seed = true});
   sub->callback([verb] { run(*verb); });
 }

@@ -29,7 +29,9 @@ Json to_json(const transfer::EffortTarget& target) {
   return json;
 }
 
-Json to_json(const transfer::AppliedSnippet& snippet, const transfer::StyleModel& model) {
+Json to_json(const transfer::AppliedSnippet& snippet,
+             const std::optional<effort::Effort>& standard_error,
+             const transfer::StyleModel& model) {
   const auto name = [&](int fragment) {
     return model.fragments[static_cast<std::size_t>(fragment)].name;
   };
@@ -41,13 +43,17 @@ Json to_json(const transfer::AppliedSnippet& snippet, const transfer::StyleModel
                {"nearest_fragment", name(snippet.fragment)},
                {"match_cost", snippet.match_cost},
                {"match_threshold", number(snippet.match_threshold)},
-               {"kept_as_captured", snippet.kept}};
+               {"kept_as_captured", snippet.kept},
+               {"asked", to_json(snippet.asked)}};
   if (!snippet.kept) {
     const transfer::BlendChoice& choice = snippet.choice;
     json["fragment_i"] = name(choice.fragment_i);
     json["fragment_j"] = name(choice.fragment_j);
     json["alpha"] = choice.alpha;
+    for (const transfer::BlendShare& share : choice.shares())
+      json["fragments"].push_back({{"fragment", name(share.fragment)}, {"weight", share.weight}});
     json["predicted"] = to_json(choice.predicted);
+    json["predicted_standard_error"] = standard_error ? to_json(*standard_error) : Json();
     for (const effort::Factor factor : effort::kFactors) {
       const auto& range = choice.reachable[static_cast<std::size_t>(effort::index_of(factor))];
       json["reachable"][std::string(effort::name_of(factor))] = {range.low, range.high};
@@ -56,6 +62,42 @@ Json to_json(const transfer::AppliedSnippet& snippet, const transfer::StyleModel
   json["measured_before"] = to_json(snippet.before.effort);
   json["measured"] = to_json(snippet.measured.effort);
   return json;
+}
+
+std::string to_text(const transfer::AppliedSnippet& snippet,
+                    const std::optional<effort::Effort>& standard_error,
+                    const transfer::StyleModel& model) {
+  const double rate_hz = model.frame_rate_hz();
+  std::string blend;
+  for (const transfer::BlendShare& share : snippet.choice.shares()) {
+    blend += fmt::format("{}{:.3f} {}", blend.empty() ? "" : " + ", share.weight,
+                         model.fragments[static_cast<std::size_t>(share.fragment)].name);
+  }
+  if (snippet.kept) {
+    blend = std::string(snippet.asked.is_free() ? "nothing asked" : "no content match") +
+            ": kept as captured";
+  }
+  std::string text =
+      fmt::format("{:.2f} s to {:.2f} s  {}  {}\n", snippet.begin / rate_hz, snippet.end / rate_hz,
+                  snippet.kept ? "-" : snippet.content, blend);
+  text += fmt::format("  {:<8}{:>8}  {:<16}{:<18}{:>8}{:>8}\n", "", "asked", "predicted",
+                      "reachable", "measured", "input");
+  for (const effort::Factor factor : effort::kFactors) {
+    const auto f = static_cast<std::size_t>(effort::index_of(factor));
+    const auto& asked = snippet.asked.factors[f];
+    std::string predicted;
+    std::string reachable;
+    if (!snippet.kept) {
+      const transfer::FactorRange& range = snippet.choice.reachable[f];
+      predicted = fmt::format("{:+.2f}", snippet.choice.predicted[factor]);
+      if (standard_error) predicted += fmt::format(" +- {:.2f}", (*standard_error)[factor]);
+      reachable = fmt::format("{:+.2f} .. {:+.2f}", range.low, range.high);
+    }
+    text += fmt::format("  {:<8}{:>8}  {:<16}{:<18}{:>+8.2f}{:>+8.2f}\n", effort::name_of(factor),
+                        asked ? fmt::format("{:+.2f}", *asked) : "free", predicted, reachable,
+                        snippet.measured.effort[factor], snippet.before.effort[factor]);
+  }
+  return text;
 }
 
 Json to_json(const transfer::StyledQuality& quality) {
@@ -84,30 +126,8 @@ std::string to_text(const transfer::StyledQuality& quality) {
                               : "none");
 }
 
-std::string to_text(const transfer::EffortTarget& target) {
-  std::string text;
-  for (const effort::Factor factor : effort::kFactors) {
-    const auto& asked = target.factors[static_cast<std::size_t>(effort::index_of(factor))];
-    text += fmt::format("{}{} {}", text.empty() ? "" : "  ", effort::name_of(factor),
-                        asked ? fmt::format("{:+.2f}", *asked) : "free");
-  }
-  return text;
-}
-
 std::string to_text(const effort::Effort& effort) {
   return fmt::format("{:+.2f} {:+.2f} {:+.2f}", effort.flow, effort.weight, effort.time);
-}
-
-void add_target_options(CLI::App* verb, transfer::EffortTarget& target) {
-  const std::string group = "Target Effort";
-  const char* poles[] = {"-3 Free .. +3 Bound; left out: free to vary", "-3 Light .. +3 Strong",
-                         "-3 Sustained .. +3 Sudden"};
-  for (const effort::Factor factor : effort::kFactors) {
-    const auto f = static_cast<std::size_t>(effort::index_of(factor));
-    verb->add_option("--" + std::string(effort::name_of(factor)), target.factors[f], poles[f])
-        ->check(CLI::Range(effort::kEffortMin, effort::kEffortMax))
-        ->group(group);
-  }
 }
 
 void add_search_options(CLI::App* verb, transfer::SearchOptions& options) {
@@ -120,6 +140,13 @@ void add_search_options(CLI::App* verb, transfer::SearchOptions& options) {
   verb->add_option("--samples", options.samples,
                    "samples of the blend weight a pair, before golden-section search")
       ->check(CLI::Range(2, 10000))
+      ->capture_default_str()
+      ->group(group);
+  verb->add_option(
+          "--way", options.way,
+          "most fragments of one blend; more than the paper's two are tried where two miss "
+          "the target")
+      ->check(CLI::Range(2, transfer::kMostWays))
       ->capture_default_str()
       ->group(group);
 }

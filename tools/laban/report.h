@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "laban/effort/effort.h"
@@ -14,24 +15,25 @@ namespace laban::cli {
 [[nodiscard]] Json to_json(const effort::Effort& effort);
 /// Factors asked for; null where one is left free.
 [[nodiscard]] Json to_json(const transfer::EffortTarget& target);
-/// One snippet of an applied style: frames, content, pair, alpha, asked, predicted, reachable,
-/// measured before and after.
+/// One snippet of an applied style: frames, content, fragments, asked, predicted (with its standard
+/// error, where there is one), reachable, measured before and after.
 [[nodiscard]] Json to_json(const transfer::AppliedSnippet& snippet,
+                           const std::optional<effort::Effort>& standard_error,
                            const transfer::StyleModel& model);
+/// The same as a few lines.
+[[nodiscard]] std::string to_text(const transfer::AppliedSnippet& snippet,
+                                  const std::optional<effort::Effort>& standard_error,
+                                  const transfer::StyleModel& model);
 
 /// Quality figures of an output beside its sources (DESIGN 7).
 [[nodiscard]] Json to_json(const transfer::StyledQuality& quality);
 /// The same in one line.
 [[nodiscard]] std::string to_text(const transfer::StyledQuality& quality);
 
-/// "flow +2.00  weight free  time -1.50"
-[[nodiscard]] std::string to_text(const transfer::EffortTarget& target);
 /// "+2.00 -1.13 +0.40"
 [[nodiscard]] std::string to_text(const effort::Effort& effort);
 
-/// Adds --flow, --weight and --time.
-void add_target_options(CLI::App* verb, transfer::EffortTarget& target);
-/// Adds --neighbours and --samples.
+/// Adds --neighbours, --samples and --way.
 void add_search_options(CLI::App* verb, transfer::SearchOptions& options);
 
 }  // namespace laban::cli

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "laban/motion/clip.h"
 #include "laban/motion/pose_matrix.h"
 
@@ -18,5 +20,13 @@ namespace laban::motion {
 /// (math/cubic_interpolation.h) on angles, height and root path; frames as for a clip.
 /// @throws Error{kUsage} unless frame_rate_hz is positive and finite.
 [[nodiscard]] PoseMatrix resample(const PoseMatrix& pose, double frame_rate_hz);
+
+/// A pose matrix read at fractional frames (clamped to its ends) and played at `frame_rate_hz`, by
+/// the same interpolator: carries a motion through a time warp. Steps are those of the root path
+/// from one of the frames to the next.
+/// @throws Error{kUsage} if there is no frame, one is not a number or the rate is not positive and
+///         finite.
+[[nodiscard]] PoseMatrix sample(const PoseMatrix& pose, std::span<const double> frames,
+                                double frame_rate_hz);
 
 }  // namespace laban::motion

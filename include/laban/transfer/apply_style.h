@@ -1,16 +1,28 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "laban/align/segment_input.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/join.h"
+#include "laban/transfer/asked_effort.h"
 #include "laban/transfer/play_choice.h"
+#include "laban/transfer/segmented_input.h"
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/style_search.h"
 
 namespace laban::transfer {
+
+/// What of the input's own motion lives on in the output.
+enum class Detail {
+  kReplace,   ///< what is done, and nothing else: the paper's way
+  kResidual,  ///< (ours) all but what the blend has other than the fragment nearest to the input
+};
+
+/// "replace" or "residual".
+[[nodiscard]] std::string_view name_of(Detail detail);
 
 struct ApplyOptions {
   align::SegmentInputOptions segmentation;
@@ -23,6 +35,14 @@ struct ApplyOptions {
   double fastest_play = kFastestPlay;
   /// A snippet that matches no content is an error; otherwise it is kept as captured and reported.
   bool strict = false;
+  Detail detail = Detail::kReplace;
+  /// How far from the input, 0, to the full style, 1: timing, pose and root travel are mixed.
+  double strength = 1.0;
+  /// Each output frame shows the same moment as the input's frame of that number.
+  bool keep_timing = false;
+
+  /// Broken rules, those of `search` and `join` included; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
 };
 
 /// One snippet of the input and what became of it.
@@ -35,8 +55,12 @@ struct AppliedSnippet {
   std::string content;           ///< its content group
   double match_cost = 0.0;       ///< mean path cost of the match, in the metric's units
   double match_threshold = 0.0;  ///< above it there is no content match
-  bool kept = false;             ///< no content match: the input's own motion is kept
-  BlendChoice choice;            ///< meaningless if kept
+  /// The input's own motion is kept: there is no content match, or nothing is asked here.
+  bool kept = false;
+  EffortTarget asked;  ///< of this snippet: relative targets and curves resolved
+  BlendChoice choice;  ///< meaningless if kept
+  /// Share of the input's own motion, 0 .. 1: what the output is compared with includes it.
+  double own_share = 0.0;
   effort::Observation before;    ///< the input's snippet, as the kinematic observer sees it
   effort::Observation measured;  ///< the snippet after synthesis
 };
@@ -51,18 +75,23 @@ struct AppliedStyle {
   /// Where feet touch the ground: found on the fragments, carried through blends and joins; a
   /// column a frame of `pose`.
   motion::FootContacts contacts;
+  /// ApplyOptions::keep_timing: source_frames count 0, 1, .. over the whole input.
+  bool keeps_timing = false;
 };
 
-/// Shortest input that style transfer takes, seconds: below it there is nothing to match.
-inline constexpr double kShortestInputS = 0.25;
-
-/// Style transfer [Torresani06, 7], METHODS 1.5-1.6: cuts the input into fragments of the database,
-/// chooses for each the blend that comes nearest to the target, and joins the blends.
+/// Chooses for each snippet the blend that comes nearest to what is asked of it, plays it in the
+/// way that `options` say and joins the results [Torresani06, 7], METHODS 1.6.
 ///
-/// @param input  at the model's frame rate (motion::resample the clip first).
-/// @throws Error{kUsage} if target or options have problems; Error{kData} if the rates differ, the
-///         input is shorter than kShortestInputS, cannot be segmented, or (strict) a snippet
+/// Of the options all but `segmentation` count. Kept as captured: snippets that match no content
+/// (unless strict), and those of which a curve asks nothing. Strength 0, and residual detail where
+/// each blend is the nearest fragment itself, give the input back.
+/// @throws Error{kUsage} if `asked` or `options` have problems; Error{kData} if (strict) a snippet
 ///         matches no content, naming it and the contents that the model knows.
+[[nodiscard]] AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
+                                   const AskedEffort& asked, const ApplyOptions& options = {});
+
+/// segment_input, then restyle: METHODS 1.5-1.6.
+/// @throws as these.
 [[nodiscard]] AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,
                                        const EffortTarget& target,
                                        const ApplyOptions& options = {});

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "laban/align/time_warp.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/pose_matrix.h"
@@ -13,14 +15,21 @@ namespace laban::transfer {
 /// steep warp jerks. 4 leaves the warps of [0, 1] as they were learnt from.
 inline constexpr double kFastestPlay = 4.0;
 
+/// A fragment as it goes by in a blend.
+struct PlayedPart {
+  int fragment = 0;
+  std::vector<double> frames;  ///< of the fragment, (fractional), one a frame of the blend
+};
+
 /// A chosen blend as it is played.
 struct PlayedChoice {
   motion::PoseMatrix pose;
   motion::FootContacts contacts;  ///< of the fragments, carried through the blend
+  std::vector<PlayedPart> parts;  ///< in the order of BlendChoice::shares
 };
 
 /// The one way in which a choice becomes motion, for whoever plays or judges it: its fragments
-/// blended by a calm warp, and low-passed where the blend has more jerk than they.
+/// blended by calm warps, and low-passed where the blend has more jerk than they.
 /// @param fastest_play  in (1, kMaxWarpSlope].
 [[nodiscard]] PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice,
                                        double fastest_play = kFastestPlay);

@@ -89,6 +89,13 @@ struct DrawBlendsOptions {
 /// The angles of all fragments are put on the branches of their common mean pose first.
 [[nodiscard]] std::vector<Eigen::VectorXd> content_coordinates(std::span<const Fragment> fragments,
                                                                const effort::ContentMap& map);
+/// The mean pose of all frames of all fragments, 63 angles, radians: whose branches angles are put
+/// on before they are compared.
+[[nodiscard]] Eigen::VectorXd mean_pose(std::span<const Fragment> fragments);
+/// Content coordinates of a motion beside a corpus with that mean pose, as of its own fragments.
+[[nodiscard]] Eigen::VectorXd content_coordinates(const motion::PoseMatrix& pose,
+                                                  const Eigen::VectorXd& mean_pose,
+                                                  const effort::ContentMap& map);
 /// The content map of a corpus: PCA of its stretched fragments (METHODS 1.3).
 [[nodiscard]] effort::ContentMap fit_corpus_content_map(
     std::span<const Fragment> fragments, const effort::ContentMapOptions& options = {});

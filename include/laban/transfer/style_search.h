@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,9 +18,16 @@ struct EffortTarget {
 
   /// Weighted distance sqrt(sum_f w_f (asked_f - e_f)^2) over the factors asked for.
   [[nodiscard]] double distance_to(const effort::EffortVector& e) const;
-  /// Broken rules: a factor outside [-3, 3], a weight not positive, no factor at all.
+  /// The same of a difference: sqrt(sum_f w_f d_f^2) over the factors asked for.
+  [[nodiscard]] double length_of(const effort::EffortVector& difference) const;
+  /// True if it asks for nothing.
+  [[nodiscard]] bool is_free() const;
+  /// Broken rules: a factor outside [-3, 3], a weight not positive and finite, no factor at all.
   [[nodiscard]] std::vector<std::string> problems() const;
 };
+
+/// Most fragments of one blend.
+inline constexpr int kMostWays = 4;
 
 struct SearchOptions {
   /// K content neighbours of a fragment, itself among them (METHODS 1.6). The paper gives none; ten
@@ -29,6 +37,9 @@ struct SearchOptions {
   int samples = 16;
   /// Width to which golden-section search narrows alpha.
   double alpha_tolerance = 1e-3;
+  /// Most fragments that are blended, 2 .. kMostWays. The paper's is 2; more are (ours) tried
+  /// where a pair misses the target, see search_blend.
+  int way = 2;
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
@@ -40,6 +51,18 @@ struct FactorRange {
   double high = 0.0;
 };
 
+/// A further fragment in a blend: what was blended so far counts as one fragment, at alpha = 0.
+struct BlendStep {
+  int fragment = 0;
+  double alpha = 0.0;
+};
+
+/// How much of a blend is one fragment; negative where a blend leads away from it.
+struct BlendShare {
+  int fragment = 0;
+  double weight = 0.0;
+};
+
 /// The blend that comes nearest to a target.
 struct BlendChoice {
   int fragment_i = 0;
@@ -49,8 +72,27 @@ struct BlendChoice {
   double distance = 0.0;     ///< EffortTarget::distance_to of `predicted`
   std::array<FactorRange, effort::kFactorCount> reachable;
 
+  /// Blended in this order into the pair; empty unless SearchOptions::way > 2.
+  std::vector<BlendStep> further;
+  /// z of the last blend (of what was blended so far with the last fragment), as the regressor saw
+  /// it; empty of a fragment itself.
+  Eigen::VectorXd features;
+
   [[nodiscard]] bool is_seed() const { return fragment_i == fragment_j; }
+  /// Barycentric weights: they sum to 1. One a fragment, in the order in which they are blended.
+  [[nodiscard]] std::vector<BlendShare> shares() const;
 };
+
+/// With fewer Effort points of distance to the target, no further fragment is tried.
+inline constexpr double kMissedBy = 0.05;
+/// Effort points by which a further fragment has to lower the distance.
+inline constexpr double kLeastGain = 0.02;
+
+/// Standard error of each choice's prediction (of the function, label noise not included), by the
+/// regressor as a Gaussian process; nullopt for a fragment itself, whose label is known, and where
+/// the regressor gives none. Give it all choices at once: the cost is that of one.
+[[nodiscard]] std::vector<std::optional<effort::Effort>> standard_errors(
+    const StyleModel& model, std::span<const BlendChoice> choices);
 
 /// Effort against alpha for pairs of fragments: Figure 1 of [Torresani06].
 /// @param alphas  any values; beyond [-0.25, 1.25] the regressor extrapolates.
@@ -68,6 +110,18 @@ struct BlendChoice {
 /// [-0.25, 1.25], then golden-section search around the best sample of each pair; and each
 /// neighbour itself, whose label is known. Ties: neighbours themselves before pairs, then the order
 /// of neighbours.
+///
+/// Pairs are refined from the most promising on, as long as the steps between samples leave hope
+/// for better. (Where many pairs meet the target, the one that meets it to the last digit is one
+/// whose Effort changes little with alpha. Taking the first that comes near enough is twice as
+/// fast, but what is measured then misses the target by up to half as much again.)
+///
+/// (Ours.) With `way` > 2 a pair that misses the target by more than kMissedBy gets a further
+/// fragment: the best pair is made into motion and counts as a fragment, with the content
+/// coordinates of that motion and the Effort predicted for it, and is paired with each neighbour as
+/// above, but in [0, 1] only; then its own alpha and the new one are improved in turn. What does
+/// not lower the distance by kLeastGain is not taken. The regressor has learnt from pairs only:
+/// errors of its prediction for the pair go into that for the whole.
 /// @throws Error{kUsage} if target or options have problems or there is no such fragment.
 [[nodiscard]] BlendChoice search_blend(const StyleModel& model, int fragment,
                                        const EffortTarget& target,

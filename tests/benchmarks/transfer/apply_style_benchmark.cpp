@@ -8,6 +8,7 @@
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
 #include "laban/transfer/apply_style.h"
+#include "laban/transfer/styled_clip.h"
 
 namespace laban::transfer {
 namespace {
@@ -34,6 +35,30 @@ void BM_ApplyStyle(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(apply_style(model(), input, target()));
 }
 BENCHMARK(BM_ApplyStyle)->Unit(benchmark::kMillisecond);
+
+// A new target on an already segmented clip: search, synthesis, joins, measuring.
+void BM_Restyle(benchmark::State& state) {
+  const SegmentedInput segmented = segment_input(model(), ten_seconds());
+  for (auto _ : state)
+    benchmark::DoNotOptimize(restyle(model(), segmented, {target(), {}, std::nullopt}));
+}
+BENCHMARK(BM_Restyle)->Unit(benchmark::kMillisecond);
+
+// Its parts, of one snippet.
+void BM_PlayChoice(benchmark::State& state) {
+  const BlendChoice choice = search_blend(model(), 0, target());
+  for (auto _ : state) benchmark::DoNotOptimize(play_choice(model(), choice));
+}
+BENCHMARK(BM_PlayChoice)->Unit(benchmark::kMillisecond);
+
+// Onto the rig of the clip, feet held.
+void BM_PlayStyle(benchmark::State& state) {
+  const motion::Capture capture =
+      motion::find_capture(io::read_clip(LABAN_SOURCE_DIR "/data/take.bvh").clip);
+  const AppliedStyle applied = apply_style(model(), ten_seconds(), target());
+  for (auto _ : state) benchmark::DoNotOptimize(play_style(model(), applied, capture));
+}
+BENCHMARK(BM_PlayStyle)->Unit(benchmark::kMillisecond);
 
 // Segmentation alone: BM_ApplyStyle less this is search and synthesis.
 void BM_SegmentInput(benchmark::State& state) {

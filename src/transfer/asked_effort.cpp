@@ -1,0 +1,41 @@
+#include "laban/transfer/asked_effort.h"
+
+#include <algorithm>
+
+namespace laban::transfer {
+
+EffortTarget AskedEffort::of_snippet(double begin_s, int frames, double frame_rate_hz,
+                                     const effort::Effort& before) const {
+  EffortTarget asked = target;
+  if (curve) asked.factors = curve->mean_over(begin_s, frames, frame_rate_hz);
+  for (const effort::Factor factor : effort::kFactors) {
+    const auto f = static_cast<std::size_t>(effort::index_of(factor));
+    if (!relative[f] || !asked.factors[f]) continue;
+    asked.factors[f] =
+        std::clamp(before[factor] + *asked.factors[f], effort::kEffortMin, effort::kEffortMax);
+  }
+  return asked;
+}
+
+std::vector<std::string> AskedEffort::problems() const {
+  std::vector<std::string> found;
+  EffortTarget absolute = target;
+  for (const effort::Factor factor : effort::kFactors) {
+    const auto f = static_cast<std::size_t>(effort::index_of(factor));
+    const auto& value = target.factors[f];
+    const std::string name(effort::name_of(factor));
+    if (value && curve) found.push_back(name + " is asked for beside an Effort curve");
+    if (!value || !relative[f]) continue;
+    if (!(*value >= -kMostEffortChange && *value <= kMostEffortChange)) {
+      found.push_back("change of " + name + " = " + std::to_string(*value) +
+                      " (must be in [-6, 6])");
+    }
+    absolute.factors[f] = 0.0;
+  }
+  if (curve) absolute.factors[0] = 0.0;  // the curve asks
+  const std::vector<std::string> rest = absolute.problems();
+  found.insert(found.end(), rest.begin(), rest.end());
+  return found;
+}
+
+}  // namespace laban::transfer

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include <Eigen/Dense>
+
+#include "laban/transfer/style_search.h"
+
+namespace laban::transfer {
+
+using Reachable = std::array<FactorRange, effort::kFactorCount>;
+
+/// Widens the ranges to hold a prediction.
+void extend(Reachable& reachable, const effort::EffortVector& e);
+
+/// The best of some blends of two.
+struct FoundBlend {
+  Eigen::Index candidate = 0;  ///< column of z
+  double alpha = 0.0;
+  effort::EffortVector predicted;
+  double distance = 0.0;
+};
+
+/// Between which blend weights a search looks.
+struct AlphaRange {
+  double low = blend::kMinAlpha;
+  double high = blend::kMaxAlpha;
+};
+
+/// M samples of alpha a candidate, then golden-section search around the best of them, from the
+/// most promising candidate on. Ties: the first candidate.
+/// @param z          columns of style_features; their alpha is not looked at.
+/// @param reachable  widened by every sample and by what is found.
+/// @returns nothing if z has no column.
+[[nodiscard]] std::optional<FoundBlend> find_blend(
+    const StyleModel& model, const Eigen::MatrixXd& z, const EffortTarget& target,
+    const SearchOptions& options, Reachable& reachable, const AlphaRange& range = {});
+
+/// Blends further neighbours into a pair, up to `options.way` fragments (see search_blend).
+/// @returns the pair itself if none brings it nearer to the target by kLeastGain.
+[[nodiscard]] BlendChoice blend_further(const StyleModel& model, std::span<const int> neighbors,
+                                        const BlendChoice& pair, const EffortTarget& target,
+                                        const SearchOptions& options, Reachable& reachable);
+
+}  // namespace laban::transfer

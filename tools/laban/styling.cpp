@@ -1,0 +1,174 @@
+#include "styling.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/core.h>
+
+#include "laban/base/error.h"
+
+#include "report.h"
+
+namespace laban::cli {
+namespace {
+
+/// Effort points beyond the reachable range that are worth a warning.
+constexpr double kFarBeyond = 0.25;
+
+/// How far an asked value lies beyond a range; 0 inside.
+double beyond(double asked, const transfer::FactorRange& range) {
+  return std::max({0.0, range.low - asked, asked - range.high});
+}
+
+/// One line a factor that is asked for far beyond what any snippet's neighbours reach, of the
+/// snippet where it is farthest.
+std::vector<std::string> unreachable(const Styling& styling, const StyledFile& file,
+                                     const std::string& path) {
+  std::vector<std::string> lines;
+  for (const effort::Factor factor : effort::kFactors) {
+    const auto f = static_cast<std::size_t>(effort::index_of(factor));
+    const transfer::AppliedSnippet* worst = nullptr;
+    double farthest = kFarBeyond;
+    int count = 0;
+    for (const transfer::AppliedSnippet& snippet : file.applied.snippets) {
+      if (snippet.kept || !snippet.asked.factors[f]) continue;
+      const double distance = beyond(*snippet.asked.factors[f], snippet.choice.reachable[f]);
+      if (distance > kFarBeyond) ++count;
+      if (distance <= farthest) continue;
+      farthest = distance;
+      worst = &snippet;
+    }
+    if (worst == nullptr) continue;
+    const transfer::FactorRange& range = worst->choice.reachable[f];
+    const double asked = *worst->asked.factors[f];
+    lines.push_back(fmt::format(
+        "{}: {} {:+.2f} is out of reach of {} of {} snippets; the nearest that the model has "
+        "for '{}' at {:.2f} s is {:+.2f}",
+        path, effort::name_of(factor), asked, count, file.applied.snippets.size(), worst->content,
+        worst->begin / styling.model.frame_rate_hz(), asked < range.low ? range.low : range.high));
+  }
+  return lines;
+}
+
+}  // namespace
+
+void add_styling_options(CLI::App* verb, StylingOptions& options) {
+  add_asked_options(verb, options.asked);
+  verb->add_option("--model", options.model, "style model (default: the embedded corpus's)");
+  const std::string group = "Style";
+  verb->add_option_function<std::string>(
+          "--detail",
+          [&options](const std::string& detail) {
+            options.apply.detail =
+                detail == "residual" ? transfer::Detail::kResidual : transfer::Detail::kReplace;
+          },
+          "what lives on of the performer's own manner: replace (nothing, the paper's way) or "
+          "residual (all that the style does not change)")
+      ->check(CLI::IsMember({"replace", "residual"}))
+      ->default_str("replace")
+      ->group(group);
+  verb->add_option("--strength", options.apply.strength, "from the input, 0, to the full style, 1")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group(group);
+  verb->add_flag("--keep-timing", options.apply.keep_timing,
+                 "as many frames as the input, each showing the same moment as the input's")
+      ->group(group);
+  verb->add_flag("--strict", options.apply.strict, "a part that matches no content is an error")
+      ->group(group);
+  verb->add_flag("--no-foot-fix", options.no_foot_fix,
+                 "leave feet as they are blended: do not hold them where they touch the ground")
+      ->group(group);
+  add_search_options(verb, options.apply.search);
+  add_read_options(verb, options.reading);
+}
+
+Styling read_styling(const StylingOptions& options) {
+  std::vector<InputRecord> inputs(1);
+  transfer::AskedEffort asked = read_asked(options.asked, inputs);
+  transfer::StyleModel model = read_model(options.model, inputs.front());
+  return {options, std::move(asked), std::move(model), std::move(inputs)};
+}
+
+StyledFile style_file(const Styling& styling, const std::string& path, const Common& common) {
+  const transfer::StyleModel& model = styling.model;
+  const transfer::ApplyOptions& options = styling.options.apply;
+  CapturedClip input = read_captured_clip(path, styling.options.reading, common);
+  transfer::AppliedStyle applied = transfer::restyle(
+      model,
+      transfer::segment_input(model, input.pose(model.frame_rate_hz()), options.segmentation),
+      styling.asked, options);
+  transfer::StyledClip styled = transfer::play_style(model, applied, input.capture,
+                                                     {.hold_feet = !styling.options.no_foot_fix});
+  const transfer::StyledQuality quality = transfer::measure_styled(styled, input.capture.humanoid);
+  std::vector<transfer::BlendChoice> choices;
+  for (const transfer::AppliedSnippet& snippet : applied.snippets)
+    choices.push_back(snippet.choice);
+  auto errors = transfer::standard_errors(model, choices);
+  return {std::move(input), std::move(applied), std::move(styled), quality, std::move(errors)};
+}
+
+void write_styled(const StyledFile& file, const std::string& path, const WriteClipOptions& writing,
+                  const Common& common) {
+  // The character's file counts its frames from a T-pose, if it has one.
+  std::vector<double> source_frames = file.styled.source_frames;
+  for (double& frame : source_frames) frame += file.input.first_frame();
+  write_clip(path, file.styled.clip, common,
+             {file.input.file.unit_m, file.input.file.asset, std::move(source_frames)}, writing);
+}
+
+std::vector<std::string> cautions(const Styling& styling, const StyledFile& file,
+                                  const std::string& path) {
+  std::vector<std::string> lines;
+  for (const transfer::AppliedSnippet& snippet : file.applied.snippets) {
+    if (snippet.match_cost <= snippet.match_threshold) continue;
+    lines.push_back(
+        fmt::format("{}: {:.2f} s to {:.2f} s match no content of the model; kept as captured",
+                    path, snippet.begin / styling.model.frame_rate_hz(),
+                    snippet.end / styling.model.frame_rate_hz()));
+  }
+  const std::vector<std::string> far = unreachable(styling, file, path);
+  lines.insert(lines.end(), far.begin(), far.end());
+  return lines;
+}
+
+Json options_json(const Styling& styling) {
+  const transfer::ApplyOptions& options = styling.options.apply;
+  return {{"asked", to_json(styling.options.asked, styling.asked)},
+          {"neighbours", options.search.neighbors},
+          {"samples", options.search.samples},
+          {"way", options.search.way},
+          {"detail", transfer::name_of(options.detail)},
+          {"strength", options.strength},
+          {"keep_timing", options.keep_timing},
+          {"strict", options.strict},
+          {"join_halflife_s", options.join.halflife_s},
+          {"fastest_play", options.fastest_play},
+          {"foot_fix", !styling.options.no_foot_fix}};
+}
+
+Json report_json(const Styling& styling, const StyledFile& file) {
+  Json json = {{"schema", "laban.apply/1"},
+               {"asked", to_json(styling.asked.target)},
+               {"snippets", Json::array()}};
+  for (std::size_t n = 0; n < file.applied.snippets.size(); ++n) {
+    json["snippets"].push_back(
+        to_json(file.applied.snippets[n], file.standard_errors[n], styling.model));
+  }
+  json["quality"] = to_json(file.quality);
+  json["frame_rate_hz"] = styling.model.frame_rate_hz();
+  json["regressor"] = effort::name_of(styling.model.regressor.kind());
+  std::vector<InputRecord> inputs = styling.inputs;
+  inputs.push_back(file.input.record);
+  json["run"] = run_record("apply", options_json(styling), inputs);
+  return json;
+}
+
+std::string report_text(const Styling& styling, const StyledFile& file) {
+  std::string text = fmt::format("asked: {}\n", to_text(styling.options.asked, styling.asked));
+  for (std::size_t n = 0; n < file.applied.snippets.size(); ++n)
+    text += to_text(file.applied.snippets[n], file.standard_errors[n], styling.model);
+  return text + to_text(file.quality) + "\n";
+}
+
+}  // namespace laban::cli

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "laban/transfer/apply_style.h"
+#include "laban/transfer/styled_clip.h"
+
+#include "asked.h"
+#include "files.h"
+
+namespace laban::cli {
+
+/// How clips are styled, whichever and however many.
+struct StylingOptions {
+  AskedOptions asked;
+  transfer::ApplyOptions apply;
+  bool no_foot_fix = false;
+  std::string model;  ///< path; empty: the default model
+  ReadClipOptions reading;
+};
+
+/// Adds the target's and the search's options, --model, --detail, --strength, --keep-timing,
+/// --strict, --no-foot-fix and how clips are read.
+void add_styling_options(CLI::App* verb, StylingOptions& options);
+
+/// A model and what is asked of it: read once, used for every clip.
+struct Styling {
+  StylingOptions options;
+  transfer::AskedEffort asked;
+  transfer::StyleModel model;
+  std::vector<InputRecord> inputs;  ///< the model, and the curve's file if there is one
+};
+
+/// @throws Error{kUsage} before anything is read if what is asked breaks a rule.
+[[nodiscard]] Styling read_styling(const StylingOptions& options);
+
+/// One clip, styled.
+struct StyledFile {
+  CapturedClip input;
+  transfer::AppliedStyle applied;
+  transfer::StyledClip styled;
+  transfer::StyledQuality quality;
+  /// Of each snippet's prediction; nullopt where there is none.
+  std::vector<std::optional<effort::Effort>> standard_errors;
+};
+
+/// Reads a clip and styles it. @throws naming the file.
+[[nodiscard]] StyledFile style_file(const Styling& styling, const std::string& path,
+                                    const Common& common);
+
+/// Writes the clip as `path`, in the format that its ending or `writing` says.
+void write_styled(const StyledFile& file, const std::string& path, const WriteClipOptions& writing,
+                  const Common& common);
+
+/// Snippets that are kept as captured, and factors asked for beyond what is reachable: what the
+/// user should know, a line each.
+[[nodiscard]] std::vector<std::string> cautions(const Styling& styling, const StyledFile& file,
+                                                const std::string& path);
+
+/// Options as resolved, for run records.
+[[nodiscard]] Json options_json(const Styling& styling);
+
+/// laban.apply/1 of one clip.
+[[nodiscard]] Json report_json(const Styling& styling, const StyledFile& file);
+/// The same as text for people, lines with their ends.
+[[nodiscard]] std::string report_text(const Styling& styling, const StyledFile& file);
+
+}  // namespace laban::cli
