@@ -26,8 +26,10 @@ constexpr double kRightWayAt = 0.002;
 /// Sines of the knee between which the plane of the leg takes over from the thigh's side.
 constexpr double kStraightSine = 0.03;
 constexpr double kBentSine = 0.15;
-/// A low-pass straightens a knee too far by less than this; what is more is no such thing.
-constexpr double kMostRebent = 10.0 * kDegree;
+/// A low-pass straightens a knee too far by less than the first; what seems more than the second is
+/// no such thing (the side of the knee is in doubt).
+constexpr double kMostRebent = 4.0 * kDegree;
+constexpr double kInDoubt = 12.0 * kDegree;
 /// Sine of the knee below which it may be bent the wrong way.
 constexpr double kBackwardsSine = 0.35;
 
@@ -76,9 +78,9 @@ Vector3d knee_axis(const Leg& leg, const ModelPose& pose, const LegJoints& joint
   if (across.isZero(0.0)) return sine > 1e-9 ? Vector3d(normal / sine) : Vector3d::UnitX();
   if (sine <= kStraightSine) return across;
   const double share = smoothstep((sine - kStraightSine) / (kBentSine - kStraightSine));
-  // A knee that is bent a little the wrong way turns about the same axis; one that is bent more,
-  // or to the side, shows where its axis is.
-  const bool backwards = sine < kBackwardsSine && normal.dot(across) < -0.5 * sine;
+  // A knee that is bent a little the wrong way turns about the same axis; one that is bent more
+  // shows where its axis is.
+  const bool backwards = sine < kBackwardsSine && normal.dot(across) < 0.0;
   const Vector3d plane = normal / (backwards ? -sine : sine);
   const Vector3d mixed = share * plane + (1.0 - share) * across;
   return mixed.norm() < 1e-6 ? across : Vector3d(mixed.normalized());
@@ -179,9 +181,10 @@ void settle_leg(const ModelPose& pose, const Skeleton& skeleton, const LegJoints
   const auto model = [&](int joint) { return pose.rotations[static_cast<std::size_t>(joint)]; };
   const auto parent = [&](int joint) { return skeleton.joint(joint).parent; };
   Quaterniond knee = Quaterniond::Identity();
-  const double bend = knee_bend(pose, joints);
-  if (bend < least_bend && bend > least_bend - kMostRebent) {
-    knee = AngleAxisd(least_bend - bend, knee_axis(leg_of(pose, joints), pose, joints));
+  const double short_of = least_bend - knee_bend(pose, joints);
+  if (short_of > 0.0 && short_of < kInDoubt) {
+    const double share = smoothstep((kInDoubt - short_of) / (kInDoubt - kMostRebent));
+    knee = AngleAxisd(share * short_of, knee_axis(leg_of(pose, joints), pose, joints));
     local[static_cast<std::size_t>(joints.shin)] =
         (model(parent(joints.shin)).conjugate() * knee * model(joints.shin)).normalized();
   }
