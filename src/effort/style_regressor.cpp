@@ -348,6 +348,28 @@ std::optional<StylePrediction> StyleRegressor::predict_with_error(
   return result;
 }
 
+Eigen::Matrix3Xd StyleRegressor::typical_errors(std::span<const double> alphas) const {
+  // 1 + v of a blend that half follows from those learnt from.
+  constexpr double kTypicalNovelty = 1.5;
+  const auto count = static_cast<Eigen::Index>(alphas.size());
+  Eigen::Matrix3Xd errors(kFactorCount, count);
+  const Eigen::ArrayXd b = bulge_of(Eigen::Map<const Eigen::RowVectorXd>(alphas.data(), count));
+  for (int f = 0; f < kFactorCount; ++f) {
+    if (!state_.spread) {
+      errors.row(f).setConstant(
+          std::sqrt(state_.fits[static_cast<std::size_t>(f)].held_out_squared_error));
+      continue;
+    }
+    const ErrorSpread& spread = *state_.spread;
+    errors.row(f) =
+        (spread.unit[f] * spread_shape(b, Eigen::ArrayXd::Constant(count, kTypicalNovelty),
+                                       spread.bulge_share[f], spread.bulge_mean_square))
+            .matrix()
+            .transpose();
+  }
+  return errors;
+}
+
 void StyleRegressor::save(base::Container& container, const std::string& prefix) const {
   // Three numbers: laban 0.1's first models had two, no bulge and no spread; a program that knows
   // only those refuses three, instead of predicting without what it does not know.

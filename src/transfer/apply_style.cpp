@@ -136,7 +136,12 @@ AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
     parts.push_back(std::move(restyled.piece.pose));
     contacts.push_back(std::move(restyled.piece.contacts));
   }
-  applied.pose = motion::concatenate(parts, options.join);
+  motion::JoinOptions join = options.join;
+  const bool own_motion =
+      std::all_of(applied.snippets.begin(), applied.snippets.end(),
+                  [](const AppliedSnippet& snippet) { return snippet.own_share == 1.0; });
+  if (own_motion) join.most_jerk_share.reset();  // what the input does where it was cut is its own
+  applied.pose = motion::concatenate(parts, join);
   restore_own_steps(applied, segmented.input);
   applied.contacts = motion::concatenate(contacts);
   // Leg lengths of fragments are other people's; the motion goes back onto the input's body.

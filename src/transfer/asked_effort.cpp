@@ -7,6 +7,7 @@ namespace laban::transfer {
 EffortTarget AskedEffort::of_snippet(double begin_s, int frames, double frame_rate_hz,
                                      const effort::Effort& before) const {
   EffortTarget asked = target;
+  asked.stay_near = before;
   if (curve) asked.factors = curve->mean_over(begin_s, frames, frame_rate_hz);
   for (const effort::Factor factor : effort::kFactors) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));

@@ -15,12 +15,34 @@ using Reachable = std::array<FactorRange, effort::kFactorCount>;
 /// Widens the ranges to hold a prediction.
 void extend(Reachable& reachable, const effort::EffortVector& e);
 
+/// What a search lowers (see search_blend): the length of what a blend misses, is unsure of, and
+/// moves that was to stay.
+class BlendCost {
+ public:
+  using Missed = Eigen::Matrix<double, 2 * effort::kFactorCount, 1>;
+
+  BlendCost(const EffortTarget& target, const SearchOptions& options);
+
+  /// @param error  the prediction's standard error, 0 where the Effort is known.
+  [[nodiscard]] Missed missed(const effort::EffortVector& predicted,
+                              const effort::EffortVector& error) const;
+  [[nodiscard]] double operator()(const effort::EffortVector& predicted,
+                                  const effort::EffortVector& error) const {
+    return missed(predicted, error).norm();
+  }
+
+ private:
+  effort::EffortVector wanted_ = effort::EffortVector::Zero();
+  effort::EffortVector weight_ = effort::EffortVector::Zero();  ///< square roots
+  double caution_ = 0.0;                                        ///< square root
+};
+
 /// The best of some blends of two.
 struct FoundBlend {
   Eigen::Index candidate = 0;  ///< column of z
   double alpha = 0.0;
   effort::EffortVector predicted;
-  double distance = 0.0;
+  double cost = 0.0;
 };
 
 /// Between which blend weights a search looks.

@@ -107,6 +107,7 @@ std::vector<ClosedLoopTrial> single_factor_trials(const StyleModel& model,
              [factor];
     EffortTarget target;
     target.factors[factor] = rng.uniform(span.low, span.high);
+    target.stay_near = model.fragments[static_cast<std::size_t>(fragment)].effort;
     trials[static_cast<std::size_t>(n)] = try_target(model, fragment, target, options.search);
   });
   return trials;
@@ -123,7 +124,7 @@ std::vector<ClosedLoopTrial> left_out_trials(const StyleModel& model, const Styl
     const effort::Effort& label = *model.fragments[static_cast<std::size_t>(left_out)].effort;
     trials[static_cast<std::size_t>(n)] =
         try_target(without(model, corpus, left_out), fragment,
-                   {{label.flow, label.weight, label.time}, {1.0, 1.0, 1.0}}, options.search);
+                   {{label.flow, label.weight, label.time}, {1.0, 1.0, 1.0}, {}}, options.search);
   });
   std::vector<ClosedLoopTrial> made;
   for (const auto& trial : trials) {

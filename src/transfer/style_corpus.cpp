@@ -192,8 +192,6 @@ std::vector<Eigen::VectorXd> content_coordinates(std::span<const Fragment> fragm
 Eigen::VectorXd mean_pose(std::span<const Fragment> fragments) {
   return mean_angles(fragments, all_of(fragments));
 }
-return sum / frames;
-}
 
 Eigen::VectorXd content_coordinates(const motion::PoseMatrix& pose,
                                     const Eigen::VectorXd& mean_pose,

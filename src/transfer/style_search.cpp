@@ -59,24 +59,26 @@ std::vector<double> uniform_alphas(int samples, const AlphaRange& range) {
 /// A candidate at the samples of alpha.
 struct Sampled {
   Eigen::Index index = 0;
-  std::vector<double> distances;  ///< to the target
-  double hope = 0.0;              ///< the least distance that there may be between samples
+  std::vector<double> costs;
+  double hope = 0.0;  ///< the least cost that there may be between samples
 };
 
-/// @param curve  predictions at each sample.
+/// @param curve   predictions at each sample.
+/// @param errors  their standard errors.
 Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::Matrix3Xd>& curve,
-                const EffortTarget& target) {
+                const Eigen::Matrix3Xd& errors, const BlendCost& cost) {
   // Between samples a curve may bend, but hardly moves so much more than from sample to sample.
   constexpr double kMostBend = 1.5;
   Sampled candidate{index, {}, 0.0};
   for (Eigen::Index m = 0; m < curve.cols(); ++m)
-    candidate.distances.push_back(target.distance_to(curve.col(m)));
-  const auto best = std::min_element(candidate.distances.begin(), candidate.distances.end());
-  const Eigen::Index at = best - candidate.distances.begin();
+    candidate.costs.push_back(cost(curve.col(m), errors.col(m)));
+  const auto best = std::min_element(candidate.costs.begin(), candidate.costs.end());
+  const Eigen::Index at = best - candidate.costs.begin();
+  const BlendCost::Missed missed = cost.missed(curve.col(at), errors.col(at));
   double step = 0.0;
   for (const Eigen::Index next : {at - 1, at + 1}) {
     if (next >= 0 && next < curve.cols())
-      step = std::max(step, target.length_of(curve.col(next) - curve.col(at)));
+      step = std::max(step, (cost.missed(curve.col(next), errors.col(next)) - missed).norm());
   }
   candidate.hope = std::max(0.0, *best - kMostBend * step);
   return candidate;
@@ -84,22 +86,14 @@ Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::Matrix3Xd>& cu
 
 }  // namespace
 
-double EffortTarget::length_of(const effort::EffortVector& difference) const {
+double EffortTarget::distance_to(const effort::EffortVector& e) const {
   double sum = 0.0;
   for (std::size_t f = 0; f < factors.size(); ++f) {
-    const double d = difference[static_cast<Eigen::Index>(f)];
-    if (factors[f]) sum += weights[f] * d * d;
+    if (!factors[f]) continue;
+    const double d = *factors[f] - e[static_cast<Eigen::Index>(f)];
+    sum += weights[f] * d * d;
   }
   return std::sqrt(sum);
-}
-
-double EffortTarget::distance_to(const effort::EffortVector& e) const {
-  effort::EffortVector missed = effort::EffortVector::Zero();
-  for (std::size_t f = 0; f < factors.size(); ++f) {
-    const auto row = static_cast<Eigen::Index>(f);
-    if (factors[f]) missed[row] = *factors[f] - e[row];
-  }
-  return length_of(missed);
 }
 
 bool EffortTarget::is_free() const {
@@ -135,6 +129,10 @@ std::vector<std::string> SearchOptions::problems() const {
     found.push_back("SearchOptions::samples = " + std::to_string(samples) + " (must be >= 2)");
   if (way < 2 || way > kMostWays)
     found.push_back("SearchOptions::way = " + std::to_string(way) + " (must be 2, 3 or 4)");
+  if (!(caution >= 0.0 && std::isfinite(caution)))
+    found.emplace_back("SearchOptions::caution (must be a finite number >= 0)");
+  if (!(stay >= 0.0 && std::isfinite(stay)))
+    found.emplace_back("SearchOptions::stay (must be a finite number >= 0)");
   if (!(alpha_tolerance > 0.0)) found.emplace_back("SearchOptions::alpha_tolerance (must be > 0)");
   return found;
 }
@@ -173,38 +171,59 @@ void extend(Reachable& reachable, const effort::EffortVector& e) {
   }
 }
 
+BlendCost::BlendCost(const EffortTarget& target, const SearchOptions& options)
+    : caution_(std::sqrt(options.caution)) {
+  for (const effort::Factor factor : effort::kFactors) {
+    const int row = effort::index_of(factor);
+    const auto f = static_cast<std::size_t>(row);
+    if (!target.factors[f] && !target.stay_near) continue;
+    wanted_[row] = target.factors[f] ? *target.factors[f] : (*target.stay_near)[factor];
+    weight_[row] = std::sqrt(target.factors[f] ? target.weights[f] : options.stay);
+  }
+}
+
+BlendCost::Missed BlendCost::missed(const effort::EffortVector& predicted,
+                                    const effort::EffortVector& error) const {
+  Missed all;
+  all << weight_.cwiseProduct(wanted_ - predicted), caution_ * weight_.cwiseProduct(error);
+  return all;
+}
+
 std::optional<FoundBlend> find_blend(const StyleModel& model, const Eigen::MatrixXd& z,
                                      const EffortTarget& target, const SearchOptions& options,
                                      Reachable& reachable, const AlphaRange& range) {
   if (z.cols() == 0) return std::nullopt;
+  const BlendCost cost(target, options);
   const std::vector<double> alphas = uniform_alphas(options.samples, range);
   effort::StyleScratch scratch;
   const Eigen::Matrix3Xd curves =
       model.regressor.predict_curves(z.topRows(z.rows() - 1), alphas, scratch);
+  const Eigen::Matrix3Xd errors = model.regressor.typical_errors(alphas);
   std::vector<Sampled> candidates;
   for (Eigen::Index p = 0; p < z.cols(); ++p) {
     for (Eigen::Index m = 0; m < options.samples; ++m)
       extend(reachable, curves.col(p * options.samples + m));
     candidates.push_back(
-        sampled(p, curves.middleCols(p * options.samples, options.samples), target));
+        sampled(p, curves.middleCols(p * options.samples, options.samples), errors, cost));
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Sampled& a, const Sampled& b) { return a.hope < b.hope; });
   FoundBlend best;
-  best.distance = std::numeric_limits<double>::infinity();
+  best.cost = std::numeric_limits<double>::infinity();
   Eigen::VectorXd point(z.rows());
   for (const Sampled& candidate : candidates) {
-    if (candidate.hope >= best.distance) break;
+    if (candidate.hope >= best.cost) break;
     const auto predict = [&](double alpha) -> effort::EffortVector {
       point = z.col(candidate.index);
       point[point.size() - 1] = alpha;
       return model.regressor.predict(point, scratch).col(0);
     };
+    const auto cost_at = [&](double alpha) {
+      return cost(predict(alpha), model.regressor.typical_errors(std::span(&alpha, 1)).col(0));
+    };
     const math::Minimum found =
-        math::refine_best_sample([&](double alpha) { return target.distance_to(predict(alpha)); },
-                                 alphas, candidate.distances, options.alpha_tolerance);
-    if (found.value < best.distance)
-      best = {candidate.index, found.x, predict(found.x), found.value};
+        math::refine_best_sample(cost_at, alphas, candidate.costs, options.alpha_tolerance);
+    if (found.value < best.cost) best = {candidate.index, found.x, predict(found.x), found.value};
   }
   extend(reachable, best.predicted);
   return best;
@@ -224,13 +243,18 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Reachable reachable;
   reachable.fill({kInfinity, -kInfinity});
+  const BlendCost cost(target, options);
   BlendChoice best;
-  best.distance = kInfinity;
+  double least = kInfinity;
   for (const int k : neighbors) {
     const effort::Effort label = *model.fragments[static_cast<std::size_t>(k)].effort;
-    extend(reachable, effort::to_vector(label));
-    const double distance = target.distance_to(effort::to_vector(label));
-    if (distance < best.distance) best = {k, k, 0.0, label, distance, {}, {}, {}};
+    const effort::EffortVector e = effort::to_vector(label);
+    extend(reachable, e);
+    const double own = cost(e, effort::EffortVector::Zero());
+    if (own < least) {
+      least = own;
+      best = {k, k, 0.0, label, target.distance_to(e), {}, {}, {}};
+    }
   }
   const std::vector<Pair> pairs = pairs_among(model, neighbors);
   Eigen::MatrixXd z(model.regressor.feature_rows(), std::ssize(pairs));
@@ -240,12 +264,23 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
     Eigen::VectorXd features = z.col(found->candidate);
     features[features.size() - 1] = found->alpha;
     const Pair& pair = pairs[static_cast<std::size_t>(found->candidate)];
-    BlendChoice blend{pair.i,          pair.j, found->alpha, effort::to_effort(found->predicted),
-                      found->distance, {},     {},           std::move(features)};
-    if (options.way > 2 && std::min(best.distance, blend.distance) > kMissedBy)
-      blend = blend_further(model, neighbors, blend, target, options, reachable);
-    const double least_gain = blend.further.empty() ? 0.0 : kLeastGain;
-    if (blend.distance < best.distance - least_gain) best = std::move(blend);
+    BlendChoice blend{pair.i,
+                      pair.j,
+                      found->alpha,
+                      effort::to_effort(found->predicted),
+                      target.distance_to(found->predicted),
+                      {},
+                      {},
+                      std::move(features)};
+    const double nearest = std::min(best.distance, blend.distance);
+    BlendChoice more;
+    if (options.way > 2 && nearest > kMissedBy)
+      more = blend_further(model, neighbors, blend, target, options, reachable);
+    if (!more.further.empty() && more.distance < nearest - kLeastGain) {
+      best = std::move(more);
+    } else if (found->cost < least) {
+      best = std::move(blend);
+    }
   }
   best.reachable = reachable;
   return best;

@@ -160,8 +160,8 @@ TEST(StyleModel, PartsThatDoNotFitAreRefusedWhateverTheChecksumSays) {
       {"a neighbour is out of range", set_value("neighbors", 0, 1e300)},
       {"a neighbour has another content", set_value("neighbors", 0, 11.0)},
       {"a fragment has no neighbours", set_value("neighbors", 0, -1.0)},
-      {"(must be k x 63, 1 <= k <= 63, and 63)", set_array("metric.map", {1, 2, {1.0, 1.0}})},
-      {"(must be k x 63, 1 <= k <= 63, and 63)", set_array("metric.map", {0, 63, {}})},
+      {"(must be k x 64, 1 <= k <= 64, and 63)", set_array("metric.map", {1, 2, {1.0, 1.0}})},
+      {"(must be k x 64, 1 <= k <= 64, and 63)", set_array("metric.map", {0, 63, {}})},
       {"array 'metric.reference' should have 63 rows",
        set_array("metric.reference", {1, 1, {0.0}})},
       {"must divide the", set_value("content_map.shape", 0, 1e18)},
@@ -182,7 +182,7 @@ TEST(StyleModel, PartsThatDoNotFitAreRefusedWhateverTheChecksumSays) {
       {"array 'match_costs' should have 2 columns", set_array("match_costs", {2, 0, {}})},
   };
   const base::Container sound =
-      base::read_container(write_style_model(test::toy_model()), "toy", "laban.style", 1);
+      base::read_container(write_style_model(test::toy_model()), "toy", "laban.style", 2);
   for (const Harm& harm : harms) {
     SCOPED_TRACE(harm.message);
     base::Container file = sound;

@@ -1,5 +1,7 @@
 #include "laban/transfer/style_search.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
@@ -14,11 +16,14 @@ effort::EffortVector predict(const StyleModel& model, int i, int j, double alpha
   return effort_curve(model, i, j, {alpha}).col(0);
 }
 
+// [Torresani06, eq. 12] without what is ours.
+constexpr SearchOptions kPapers = {.caution = 0.0, .stay = 0.0};
+
 TEST(SearchBlend, IsAsGoodAsADenseScanOfAllPairs) {
   const StyleModel& model = test::toy_model();
   for (const double asked : {-1.0, 0.0, 0.7, 1.5}) {
     const EffortTarget target{{std::nullopt, asked, -0.3}, {1.0, 1.0, 1.0}};
-    const BlendChoice choice = search_blend(model, 1, target);
+    const BlendChoice choice = search_blend(model, 1, target, kPapers);
     double best = 1e9;
     const auto& neighbors = model.neighbors[1];
     for (std::size_t k = 0; k < neighbors.size(); ++k) {
@@ -39,7 +44,7 @@ TEST(SearchBlend, IsAsGoodAsADenseScanOfAllPairs) {
 TEST(SearchBlend, PredictionIsTheRegressorsOwnAndDistanceIsItsError) {
   const StyleModel& model = test::toy_model();
   const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 2.0, 1.0}};
-  const BlendChoice choice = search_blend(model, 8, target);
+  const BlendChoice choice = search_blend(model, 8, target, kPapers);
   ASSERT_FALSE(choice.is_seed());
   const effort::EffortVector e = predict(model, choice.fragment_i, choice.fragment_j, choice.alpha);
   EXPECT_LT((e - effort::to_vector(choice.predicted)).norm(), 1e-9);
@@ -49,6 +54,53 @@ TEST(SearchBlend, PredictionIsTheRegressorsOwnAndDistanceIsItsError) {
     EXPECT_GE(choice.predicted[factor], range.low);
     EXPECT_LE(choice.predicted[factor], range.high);
   }
+}
+
+TEST(SearchBlend, WithCautionTheExpectedSquaredDistanceIsTheLeast) {
+  const StyleModel& model = test::toy_model();
+  for (const double asked : {-1.0, 0.0, 0.7, 1.5}) {
+    const EffortTarget target{{std::nullopt, asked, -0.3}, {1.0, 1.0, 1.0}};
+    const auto expected = [&](const effort::EffortVector& e, double alpha) {
+      const double alphas[] = {alpha};
+      const effort::EffortVector error = model.regressor.typical_errors(alphas).col(0);
+      return std::pow(target.distance_to(e), 2) + std::pow(error[1], 2) + std::pow(error[2], 2);
+    };
+    const BlendChoice choice = search_blend(model, 1, target, {.stay = 0.0});
+    const double found = choice.is_seed()
+                             ? std::pow(choice.distance, 2)
+                             : expected(effort::to_vector(choice.predicted), choice.alpha);
+    double best = 1e9;
+    const auto& neighbors = model.neighbors[1];
+    for (std::size_t k = 0; k < neighbors.size(); ++k) {
+      const auto& seed = *model.fragments[static_cast<std::size_t>(neighbors[k])].effort;
+      best = std::min(best, std::pow(target.distance_to(effort::to_vector(seed)), 2));
+      for (std::size_t l = k + 1; l < neighbors.size(); ++l) {
+        for (int n = 0; n <= 750; ++n) {
+          const double alpha = -0.25 + n * 0.002;
+          best = std::min(best, expected(predict(model, neighbors[k], neighbors[l], alpha), alpha));
+        }
+      }
+    }
+    EXPECT_LE(std::sqrt(found), std::sqrt(best) + 0.02) << "asked " << asked;
+  }
+}
+
+TEST(SearchBlend, FactorsLeftFreeStayNearWhatTheyWere) {
+  const StyleModel& model = test::toy_model();
+  double moved = 0.0;
+  double moved_freely = 0.0;
+  for (int fragment = 0; fragment < 12; ++fragment) {
+    const effort::Effort own = *model.fragments[static_cast<std::size_t>(fragment)].effort;
+    EffortTarget target{{std::nullopt, 0.8, std::nullopt}, {1.0, 1.0, 1.0}};
+    const auto others = [&](const BlendChoice& choice) {
+      return std::abs(choice.predicted.flow - own.flow) +
+             std::abs(choice.predicted.time - own.time);
+    };
+    moved_freely += others(search_blend(model, fragment, target));
+    target.stay_near = own;
+    moved += others(search_blend(model, fragment, target));
+  }
+  EXPECT_LT(moved, 0.7 * moved_freely);
 }
 
 TEST(SearchBlend, ASeedsOwnLabelIsReachedExactly) {
@@ -71,10 +123,10 @@ TEST(SearchBlend, FurtherFragmentsComeNearerWhereTwoMiss) {
   int better = 0;
   for (int fragment = 0; fragment < 12; ++fragment) {
     const EffortTarget target{{-0.3 + 0.1 * fragment, 0.8, -0.4}, {1.0, 1.0, 1.0}};
-    const BlendChoice two = search_blend(model, fragment, target);
+    const BlendChoice two = search_blend(model, fragment, target, kPapers);
     double previous = two.distance;
     for (const int way : {3, 4}) {
-      const BlendChoice more = search_blend(model, fragment, target, {.way = way});
+      const BlendChoice more = search_blend(model, fragment, target, {.way = way, .caution = 0.0});
       EXPECT_LE(more.distance, previous);
       previous = more.distance;
       EXPECT_LE(static_cast<int>(more.shares().size()), way);
@@ -92,9 +144,9 @@ TEST(SearchBlend, FurtherFragmentsComeNearerWhereTwoMiss) {
 
 TEST(SearchBlend, TwoWaysAreThePapersWhateverMoreCouldDo) {
   const EffortTarget easy{{std::nullopt, 0.3, std::nullopt}, {1.0, 1.0, 1.0}};
-  const BlendChoice two = search_blend(test::toy_model(), 1, easy);
+  const BlendChoice two = search_blend(test::toy_model(), 1, easy, kPapers);
   ASSERT_LT(two.distance, kMissedBy);
-  const BlendChoice three = search_blend(test::toy_model(), 1, easy, {.way = 3});
+  const BlendChoice three = search_blend(test::toy_model(), 1, easy, {.way = 3, .caution = 0.0});
   EXPECT_TRUE(three.further.empty());
   EXPECT_EQ(three.alpha, two.alpha);
 }
@@ -155,7 +207,7 @@ TEST(PlayChoice, EveryPartOfANestGoesByFromItsFirstFrameToItsLast) {
 TEST(StandardErrors, AreTheRegressorsOwnAndNoneOfAFragmentItself) {
   const StyleModel& model = test::toy_model();
   const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 1.0, 1.0}};
-  const BlendChoice choices[] = {search_blend(model, 8, target),
+  const BlendChoice choices[] = {search_blend(model, 8, target, kPapers),
                                  search_blend(model, 8, target, {.neighbors = 1})};
   const auto errors = standard_errors(model, choices);
   ASSERT_EQ(errors.size(), 2U);

@@ -56,7 +56,10 @@ TEST(ResidualDetail, KeepsWhatThePerformerDoesBesideTheAction) {
   motion::PoseMatrix input = model.fragments[2].pose;
   for (int f = 0; f < input.frame_count(); ++f) input.angles(row, f) += 0.1 * std::sin(0.8 * f);
   const auto lift = [&](Detail detail) {
-    const AppliedStyle applied = apply_style(model, input, strong(), {.detail = detail});
+    ApplyOptions options;
+    options.search = {.caution = 0.0, .stay = 0.0};  // a blend that is there to see
+    options.detail = detail;
+    const AppliedStyle applied = apply_style(model, input, strong(), options);
     return applied.pose.angles.row(row).cwiseAbs().maxCoeff();
   };
   EXPECT_LT(lift(Detail::kReplace), 0.01);
@@ -192,9 +195,10 @@ TEST(Restyle, WhereACurveAsksNothingTheInputIsKept) {
   EXPECT_TRUE(applied.snippets[0].kept);
   EXPECT_FALSE(applied.snippets[1].kept);
   EXPECT_EQ(*applied.snippets[1].asked.factors[1], 1.0);
-  // But for what the join takes up there, the first action is the input's.
-  const int untouched = segmented.snippets.front().end;
-  EXPECT_EQ(applied.pose.angles.leftCols(untouched), input.angles.leftCols(untouched));
+  // But for where the join is calmed, the first action is the input's.
+  int untouched = 0;
+  while (applied.pose.angles.col(untouched) == input.angles.col(untouched)) ++untouched;
+  EXPECT_GE(untouched, segmented.snippets.front().end - 48) << segmented.snippets.front().end;
 }
 
 }  // namespace

@@ -140,6 +140,8 @@ void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
                                            {"seed", verb.common.seed},
                                            {"neighbours", verb.search.neighbors},
                                            {"samples", verb.search.samples},
+                                           {"caution", verb.search.caution},
+                                           {"stay", verb.search.stay},
                                            {"way", verb.search.way}},
                                           read.records)}};
     fmt::print("{}\n", json.dump(2));

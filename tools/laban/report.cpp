@@ -149,6 +149,18 @@ void add_search_options(CLI::App* verb, transfer::SearchOptions& options) {
       ->check(CLI::Range(2, transfer::kMostWays))
       ->capture_default_str()
       ->group(group);
+  verb->add_option("--caution", options.caution,
+                   "weight of a prediction's expected error: 0 takes the nearest prediction, "
+                   "however unsure, as the paper does")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->group(group);
+  verb->add_option("--stay", options.stay,
+                   "weight of factors that are not asked for, to stay near the input's; 0 leaves "
+                   "them free to go anywhere, as the paper does")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->group(group);
 }
 
 }  // namespace laban::cli

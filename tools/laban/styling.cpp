@@ -137,6 +137,8 @@ Json options_json(const Styling& styling) {
   return {{"asked", to_json(styling.options.asked, styling.asked)},
           {"neighbours", options.search.neighbors},
           {"samples", options.search.samples},
+          {"caution", options.search.caution},
+          {"stay", options.search.stay},
           {"way", options.search.way},
           {"detail", transfer::name_of(options.detail)},
           {"strength", options.strength},

@@ -226,6 +226,10 @@ class StyleRegressor {
   [[nodiscard]] std::optional<StylePrediction> predict_with_error(
       const Eigen::Ref<const Eigen::MatrixXd>& z) const;
 
+  /// 3 x alphas.size() standard errors as they are of blends like those learnt from, whatever the
+  /// pair: a search asks for very many. The held-out error for models from before there were any.
+  [[nodiscard]] Eigen::Matrix3Xd typical_errors(std::span<const double> alphas) const;
+
   /// Adds this model's arrays to a model file, each name beginning with `prefix` + ".".
   void save(base::Container& container, const std::string& prefix) const;
   /// @throws Error{kFormat} if an array is missing, sizes do not agree or a value breaks a rule.

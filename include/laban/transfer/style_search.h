@@ -15,11 +15,12 @@ namespace laban::transfer {
 struct EffortTarget {
   std::array<std::optional<double>, effort::kFactorCount> factors;     ///< flow, weight, time
   std::array<double, effort::kFactorCount> weights = {1.0, 1.0, 1.0};  ///< importance, > 0
+  /// What the factors left free stay near, as far as the others let them: the Effort of what is
+  /// restyled. nullopt: they may go anywhere.
+  std::optional<effort::Effort> stay_near;
 
   /// Weighted distance sqrt(sum_f w_f (asked_f - e_f)^2) over the factors asked for.
   [[nodiscard]] double distance_to(const effort::EffortVector& e) const;
-  /// The same of a difference: sqrt(sum_f w_f d_f^2) over the factors asked for.
-  [[nodiscard]] double length_of(const effort::EffortVector& difference) const;
   /// True if it asks for nothing.
   [[nodiscard]] bool is_free() const;
   /// Broken rules: a factor outside [-3, 3], a weight not positive and finite, no factor at all.
@@ -30,9 +31,9 @@ struct EffortTarget {
 inline constexpr int kMostWays = 4;
 
 struct SearchOptions {
-  /// K content neighbours of a fragment, itself among them (METHODS 1.6). The paper gives none; ten
-  /// make 45 pairs, which reach further than a few and cost milliseconds.
-  int neighbors = 10;
+  /// K content neighbours of a fragment, itself among them (METHODS 1.6). The paper gives none;
+  /// twenty-five make 300 pairs, among which there is one that moves little but what is asked for.
+  int neighbors = 25;
   /// M uniform samples of alpha a pair; the paper's "modest number".
   int samples = 16;
   /// Width to which golden-section search narrows alpha.
@@ -40,6 +41,12 @@ struct SearchOptions {
   /// Most fragments that are blended, 2 .. kMostWays. The paper's is 2; more are (ours) tried
   /// where a pair misses the target, see search_blend.
   int way = 2;
+  /// (Ours.) How much the expected error of a prediction counts, >= 0: 1 looks for the least
+  /// expected squared distance, 0 for the nearest prediction, however unsure, as the paper does.
+  double caution = 2.0;
+  /// (Ours.) Weight of a factor left free, where the target says what it is to stay near, >= 0; 0
+  /// leaves it free to go anywhere, as the paper does.
+  double stay = 0.08;
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
@@ -69,7 +76,7 @@ struct BlendChoice {
   int fragment_j = 0;  ///< equal to fragment_i: the fragment itself, alpha 0
   double alpha = 0.0;
   effort::Effort predicted;  ///< by the regressor; of a fragment itself, its label
-  double distance = 0.0;     ///< EffortTarget::distance_to of `predicted`
+  double distance = 0.0;     ///< EffortTarget::distance_to of `predicted`, errors aside
   std::array<FactorRange, effort::kFactorCount> reachable;
 
   /// Blended in this order into the pair; empty unless SearchOptions::way > 2.
@@ -110,6 +117,12 @@ inline constexpr double kLeastGain = 0.02;
 /// [-0.25, 1.25], then golden-section search around the best sample of each pair; and each
 /// neighbour itself, whose label is known. Ties: neighbours themselves before pairs, then the order
 /// of neighbours.
+///
+/// (Ours.) What is lowered is the expected squared distance, sum_f w_f ((asked_f - f(z))^2 +
+/// caution s_f(alpha)^2) with s the regressor's typical standard error: where many blends are
+/// predicted to hit the target, those near a fragment hit it more surely. Factors left free enter
+/// with weight `stay` and EffortTarget::stay_near as what is asked. caution = stay = 0 is
+/// [Torresani06, eq. 12].
 ///
 /// Pairs are refined from the most promising on, as long as the steps between samples leave hope
 /// for better. (Where many pairs meet the target, the one that meets it to the last digit is one
