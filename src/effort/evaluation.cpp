@@ -282,7 +282,7 @@ std::vector<RunErrors> run_all(const StyleSamples& samples, std::span<const Spli
                                          .seed = fold_seed,
                                          .grid = options.grid};
     if (features) {
-      const StyleSamples known{features(run), samples.labels, samples.groups};
+      const StyleSamples known{features(run), samples.labels, samples.groups, samples.weights};
       known.check();
       errors[r] = run_split(known, splits[r], kinds, learning);
     } else {

@@ -184,11 +184,12 @@ TEST_F(Cli, StrengthTimingAndDetailSayHowMuchOfTheInputLivesOn) {
   EXPECT_EQ(frames("--strength 0 --no-foot-fix"), input["frames"]);
   // The input is back: the same poses, so aligning the two costs nothing to speak of.
   const json match = json::parse(run("match --json --metric raw out.bvh " + kTake).out);
-  EXPECT_LT(match["mean_cost"], 1e-8);
+  EXPECT_LT(match["mean_cost"], 1e-3);  // rad^2 in single precision; two walks cost 5.6
 }
 
 TEST_F(Cli, WhatIsOutOfReachIsToldWithTheNearest) {
-  const Outcome result = run("apply " + kWalk + " --flow 3 --weight -3 --time 3 -o out.bvh");
+  const Outcome result =
+      run("apply " + kWalk + " --neighbours 2 --flow 3 --weight -3 --time 3 -o out.bvh");
   ASSERT_EQ(result.code, 0);
   EXPECT_THAT(result.err, HasSubstr("is out of reach of 1 of 1 snippets; the nearest"));
   EXPECT_THAT(result.out, HasSubstr(" +- "));
@@ -308,10 +309,10 @@ TEST_F(Cli, ALabelOutOfRangeIsToldByLine) {
 
 TEST_F(Cli, AModelOfAnotherVersionIsTold) {
   std::string bytes = bytes_of(LABAN_DEFAULT_MODEL);
-  bytes[40] = 2;
+  bytes[40] = 3;
   write(folder_ / "new.laban", bytes);
   expect_error("apply " + kTake + " --model new.laban --time 1 -o out.bvh", 4,
-               "new.laban: its format version is 2");
+               "new.laban: its format version is 3");
 }
 
 TEST_F(Cli, AnOutputThatCannotBeWrittenIsToldBeforeTheWork) {
@@ -482,7 +483,7 @@ TEST_F(Cli, TrainLearnsFromTheRatersItIsTold) {
   EXPECT_THAT(run("train --labels raters.csv -o no.laban --rater cat").err,
               HasSubstr("rows are still blank"));
   const Outcome table = run("evaluate --labels raters.csv --runs 2 --each-rater");
-  EXPECT_THAT(table.out, HasSubstr("2 runs of 85 training and 20 test blends")) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("2 runs, trained on 183 and tested on 44 labels")) << table.err;
 }
 
 TEST_F(Cli, TheEmbeddedLabelsAreWhatTheCorpusVerbMeasures) {

@@ -53,6 +53,20 @@ void set_sizes(EvaluateVerb& verb, int blends) {
   verb.options.test = verb.test.value_or(blends - verb.options.train);
 }
 
+/// True if labels are trusted differently.
+bool has_weights(const transfer::StyleCorpus& corpus) {
+  return std::any_of(corpus.blends.begin(), corpus.blends.end(), [&](const auto& blend) {
+    return blend.weight != corpus.blends.front().weight;
+  });
+}
+
+void leave_out_svr(EvaluateVerb& verb) {
+  warn(verb.common,
+       "svr is left out: it cannot weigh labels by confidence; make confidences equal to compare "
+       "it");
+  std::erase(verb.options.models, effort::RegressorKind::kSupportVector);
+}
+
 void set_options(EvaluateVerb& verb, effort::Protocol protocol, int blends) {
   if (protocol == effort::Protocol::kRandom) {
     set_sizes(verb, blends);
@@ -158,6 +172,7 @@ void run(EvaluateVerb& verb) {
   if (verb.closed_loop > 0) return run_closed_loop(verb, read);
   const effort::Protocol protocol = *effort::protocol_named(verb.protocol);
   set_options(verb, protocol, blend_count(read.corpus));
+  if (verb.models.empty() && has_weights(read.corpus)) leave_out_svr(verb);
   effort::ContentMapOptions content;
   content.components = verb.components;
   const effort::EvaluationReport report = [&] {

@@ -80,7 +80,7 @@ std::string size_range(const EvaluationReport& report, const SizeOf& size_of) {
 }
 
 std::string sizes_text(const EvaluationReport& report) {
-  return fmt::format("{} runs, trained on {} and tested on {} blends", report.runs,
+  return fmt::format("{} runs, trained on {} and tested on {} labels", report.runs,
                      size_range(report, [](const EvaluationRun& run) { return run.train; }),
                      size_range(report, [](const EvaluationRun& run) { return run.test; }));
 }

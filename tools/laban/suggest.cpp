@@ -122,11 +122,12 @@ effort::LabelTable table_of(const SuggestVerb& verb, const LabelledCorpus& read,
   const fs::path from =
       verb.clips.empty() ? fs::path(verb.labels).parent_path() : fs::path(verb.clips);
   const fs::path to = verb.output == "-" ? fs::path() : fs::path(verb.output).parent_path();
+  const fs::path folder = (fs::current_path() / to / "").lexically_normal();
   const auto moved = [&](const std::string& clip) {
     if (clip.empty()) return clip;
-    return fs::absolute(from / clip)
+    return (fs::current_path() / from / clip)
         .lexically_normal()
-        .lexically_relative(fs::absolute(to / "").lexically_normal())
+        .lexically_relative(folder)
         .generic_string();
   };
   effort::LabelTable table;

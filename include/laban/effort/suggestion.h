@@ -12,8 +12,8 @@ struct SuggestionOptions {
   int count = 20;
   /// Width of the Gaussian in median distances between blends; > 0.
   double relative_width = 1.0;
-  /// Variance of a label's noise in units of the signal's; > 0. One label of a blend tells little of
-  /// its neighbours, so that the choice goes where what is to be learnt is large, not only where
+  /// Variance of a label's noise in units of the signal's; > 0. One label of a blend tells little
+  /// of its neighbours, so that the choice goes where what is to be learnt is large, not only where
   /// nothing is labelled yet.
   double noise_ratio = 10.0;
 
