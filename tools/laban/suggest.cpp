@@ -197,7 +197,9 @@ void run(const SuggestVerb& verb) {
   if (verb.output == "-" && verb.common.json) {
     throw Error(ErrorKind::kUsage, "--json and -o - would both write to stdout; name a file");
   }
-  const LabelledCorpus read = read_corpus(verb.labels, {verb.clips, std::nullopt}, verb.common);
+  ReadCorpusOptions reading;
+  reading.clips = verb.clips;
+  const LabelledCorpus read = read_corpus(verb.labels, reading, verb.common);
   const std::vector<Choice> choices = choose(verb, read);
   if (!verb.output.empty()) {
     write_bytes(verb.output, effort::format_label_table(table_of(verb, read, choices)),
