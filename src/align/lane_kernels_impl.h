@@ -15,30 +15,30 @@
 namespace laban::align {
 namespace {
 
-// Vectors of the compiler (g++ and clang++): arithmetic, comparison and choice lane by lane. In
-// memory they are aligned as their elements are.
+// Vectors of the compiler (g++ and clang++): arithmetic, comparison and choice lane by lane.
 constexpr int kLanes = LABAN_LANES;
 using Floats = float __attribute__((vector_size(kLanes * sizeof(float))));
 using Ints = int __attribute__((vector_size(kLanes * sizeof(int))));
-using FloatsInMemory =
-    float __attribute__((vector_size(kLanes * sizeof(float)), aligned(alignof(float)), may_alias));
-using IntsInMemory =
-    int __attribute__((vector_size(kLanes * sizeof(int)), aligned(alignof(int)), may_alias));
 
 constexpr int kTileRows = 4;  // rows x frames of a tile fill twelve registers with sums
 constexpr float kInfinity = __builtin_huge_valf();
 
+// In memory vectors are aligned as their elements are: one unaligned move each.
 [[gnu::always_inline]] inline Floats load(const float* from) {
-  return *reinterpret_cast<const FloatsInMemory*>(from);
+  Floats value;
+  __builtin_memcpy(&value, from, sizeof value);
+  return value;
 }
 [[gnu::always_inline]] inline Ints load(const int* from) {
-  return *reinterpret_cast<const IntsInMemory*>(from);
+  Ints value;
+  __builtin_memcpy(&value, from, sizeof value);
+  return value;
 }
 [[gnu::always_inline]] inline void store(float* to, Floats value) {
-  *reinterpret_cast<FloatsInMemory*>(to) = value;
+  __builtin_memcpy(to, &value, sizeof value);
 }
 [[gnu::always_inline]] inline void store(int* to, Ints value) {
-  *reinterpret_cast<IntsInMemory*>(to) = value;
+  __builtin_memcpy(to, &value, sizeof value);
 }
 
 // Sum and number of cells of the best paths to a cell.
