@@ -3,4 +3,4 @@
 #define LABAN_LANES 4
 #define LABAN_LANE_KERNELS kBaselineLaneKernels
 #define LABAN_LANE_KERNELS_NAME "baseline"
-#include "align/lane_kernels_impl.h"
+#include "align/lane_kernels.inc"

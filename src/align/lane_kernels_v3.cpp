@@ -3,4 +3,4 @@
 #define LABAN_LANES 8
 #define LABAN_LANE_KERNELS kV3LaneKernels
 #define LABAN_LANE_KERNELS_NAME "x86-64-v3"
-#include "align/lane_kernels_impl.h"
+#include "align/lane_kernels.inc"
