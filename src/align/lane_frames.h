@@ -106,7 +106,8 @@ class LaneDtw {
 
  private:
   [[nodiscard]] std::size_t cell(int lane, int q) const {
-    return static_cast<std::size_t>(q * kernels_->lanes + lane);
+    return static_cast<std::size_t>(q) * static_cast<std::size_t>(kernels_->lanes) +
+           static_cast<std::size_t>(lane);
   }
   const LaneKernels* kernels_;
   const PackedRows* x_ = nullptr;

@@ -111,15 +111,15 @@ AveragedProcess ProcessGrid::average(const Eigen::VectorXd& targets, bool with_b
   result.bulge = Eigen::VectorXd::Zero(2 * N);
   result.held_out = targets;
   const Eigen::VectorXd whitened = targets.cwiseProduct(root_weights_);
-  if (!(whitened.squaredNorm() > 0.0)) return result;
+  if (widths_.empty() || !(whitened.squaredNorm() > 0.0)) return result;
 
   const double prior = (1.0 - kPriorOfNothing) / (with_bulge ? 2.0 : 1.0);
-  const Width* chosen = nullptr;
+  const Width* chosen = &widths_.front();
   Share plain, bulge;
   for (const Width& width : widths_) {
     const Share a = share(width.plain, whitened, prior);
     const Share b = with_bulge ? share(width.bulge, whitened, prior) : Share{};
-    if (chosen != nullptr && !(a.total + b.total > plain.total + bulge.total)) continue;
+    if (&width != chosen && !(a.total + b.total > plain.total + bulge.total)) continue;
     chosen = &width;
     plain = a;
     bulge = b;
