@@ -18,7 +18,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <regex>
 #include <string>
 #include <vector>
 
@@ -37,35 +36,15 @@
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/style_search.h"
 
+#include "name_pattern.h"
+
 namespace {
 
 using namespace laban;
+using studies::match;
 
 constexpr int kBlends = 105;
 constexpr double kMostRateHz = 60.0;
-
-/// Fields of a name under a pattern such as "{content}_{performer}".
-std::map<std::string, std::string> match(const std::string& pattern, const std::string& stem) {
-  std::string expression;
-  std::vector<std::string> fields;
-  for (std::size_t at = 0; at < pattern.size(); ++at) {
-    const std::size_t end = pattern[at] == '{' ? pattern.find('}', at) : std::string::npos;
-    if (end == std::string::npos) {
-      expression += std::string("[") + pattern[at] + "]";
-      continue;
-    }
-    fields.push_back(pattern.substr(at + 1, end - at - 1));
-    expression += "(.+?)";
-    at = end;
-  }
-  std::map<std::string, std::string> found;
-  std::smatch parts;
-  if (!std::regex_match(stem, parts, std::regex(expression))) return found;
-  for (std::size_t n = 0; n < fields.size(); ++n) {
-    found[fields[n] == "style" ? "performer" : fields[n]] = parts[n + 1];
-  }
-  return found;
-}
 
 std::vector<transfer::Fragment> read_takes(const std::filesystem::path& folder,
                                            const std::string& pattern) {

@@ -15,7 +15,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <regex>
 #include <span>
 #include <string>
 #include <vector>
@@ -34,9 +33,12 @@
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/styled_clip.h"
 
+#include "name_pattern.h"
+
 namespace {
 
 using namespace laban;
+using studies::match;
 
 constexpr int kInputs = 10;
 constexpr int kBlends = 105;
@@ -47,29 +49,6 @@ struct Take {
   std::string performer;
   motion::Capture capture;
 };
-
-/// Fields of a name under a pattern such as "{content}_{performer}".
-std::map<std::string, std::string> match(const std::string& pattern, const std::string& stem) {
-  std::string expression;
-  std::vector<std::string> fields;
-  for (std::size_t at = 0; at < pattern.size(); ++at) {
-    const std::size_t end = pattern[at] == '{' ? pattern.find('}', at) : std::string::npos;
-    if (end == std::string::npos) {
-      expression += std::string("[") + pattern[at] + "]";
-      continue;
-    }
-    fields.push_back(pattern.substr(at + 1, end - at - 1));
-    expression += "(.+?)";
-    at = end;
-  }
-  std::map<std::string, std::string> found;
-  std::smatch parts;
-  if (!std::regex_match(stem, parts, std::regex(expression))) return found;
-  for (std::size_t n = 0; n < fields.size(); ++n) {
-    found[fields[n] == "style" ? "performer" : fields[n]] = parts[n + 1];
-  }
-  return found;
-}
 
 std::vector<Take> read_takes(const std::filesystem::path& folder, const std::string& pattern) {
   std::vector<std::filesystem::path> files;

@@ -14,7 +14,7 @@ struct DyadicMean {
 
 /// Mean of values that each belong to a pair of members (a blend of two performers), with a
 /// standard error for *other members*: values that share one may be as correlated as they like
-/// [AronowSamiiAssenova15, eq. 2].
+/// [AronowSamiiAssenova15].
 ///
 /// With residuals r, the variance of the mean is the sum of r_a r_b over all ordered pairs of
 /// values that share a member (a value with itself too), over N^2 (1 - s), s the share of pairs
