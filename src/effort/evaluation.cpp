@@ -73,21 +73,21 @@ std::vector<RegressorKind> fitted_models(const std::vector<RegressorKind>& asked
 // Errors are summed in index order, one by one: a vectorised sum depends on where a column happens
 // to lie in memory, and so on which models are evaluated beside it.
 
-/// 3 x N squared errors of each factor.
-Eigen::Matrix3Xd squared_errors(const Eigen::Matrix3Xd& predicted, const Eigen::Matrix3Xd& labels) {
+/// F x N squared errors of each factor.
+EffortMatrix squared_errors(const EffortMatrix& predicted, const EffortMatrix& labels) {
   return (predicted - labels).array().square();
 }
 
-Eigen::Vector3d mean_of_columns(const Eigen::Matrix3Xd& values) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+EffortVector mean_of_columns(const EffortMatrix& values) {
+  EffortVector sum = EffortVector::Zero(values.rows());
   for (Eigen::Index n = 0; n < values.cols(); ++n) {
-    for (int f = 0; f < kFactorCount; ++f) sum[f] += values(f, n);
+    for (Eigen::Index f = 0; f < values.rows(); ++f) sum[f] += values(f, n);
   }
   return sum / static_cast<double>(values.cols());
 }
 
 /// Squared errors of one run's test columns, one matrix a model.
-using RunErrors = std::vector<Eigen::Matrix3Xd>;
+using RunErrors = std::vector<EffortMatrix>;
 
 RunErrors run_split(const StyleSamples& samples, const Split& split,
                     std::span<const RegressorKind> kinds, const StyleRegressorOptions& options) {
@@ -199,7 +199,7 @@ std::vector<ModelScore> score_models(const EvaluationReport& report, std::size_t
     ModelScore score;
     score.kind = kinds[m];
     score.error = estimate(report, rows_of(report, factor).col(static_cast<Eigen::Index>(m)));
-    score.paper = paper_mean_squared_error(kFactors[factor], kinds[m]);
+    score.paper = paper_mean_squared_error(kFactorsWithSpace[factor], kinds[m]);
     if (score.kind == RegressorKind::kLinearInterpolation) interpolation = score.error.mean;
     scores.push_back(score);
   }
@@ -228,18 +228,19 @@ std::vector<PairedDifference> differences_of(const EvaluationReport& report, Fac
 
 /// Fills in everything about factors that follows from the errors of runs and blends.
 void report_factors(EvaluationReport& report, std::span<const RegressorKind> kinds,
-                    const Eigen::Matrix3Xd& labels) {
-  for (std::size_t f = 0; f < kFactorCount; ++f) {
+                    const EffortMatrix& labels) {
+  report.factors.resize(static_cast<std::size_t>(labels.rows()));
+  for (std::size_t f = 0; f < report.factors.size(); ++f) {
     FactorReport& factor = report.factors[f];
     const Eigen::RowVectorXd row = labels.row(static_cast<Eigen::Index>(f));
-    factor.factor = kFactors[f];
+    factor.factor = kFactorsWithSpace[f];
     factor.label_variance = (row.array() - row.mean()).square().mean();
     factor.models = score_models(report, f, kinds);
-    factor.differences = differences_of(report, kFactors[f]);
+    factor.differences = differences_of(report, factor.factor);
     const auto best = best_of_the_others(factor);
     if (best && position_of(factor, RegressorKind::kResidualKernelRidge)) {
       factor.fifth_against_best =
-          report.compare(kFactors[f], RegressorKind::kResidualKernelRidge, *best);
+          report.compare(factor.factor, RegressorKind::kResidualKernelRidge, *best);
     }
   }
 }
@@ -296,7 +297,9 @@ std::vector<RunErrors> run_all(const StyleSamples& samples, std::span<const Spli
 /// Sizes and mean errors of the runs.
 EvaluationReport report_runs(std::span<const Split> splits, const std::vector<RunErrors>& errors,
                              std::size_t model_count) {
+  const auto factor_count = static_cast<std::size_t>(errors.front().front().rows());
   EvaluationReport report;
+  report.run_errors.resize(factor_count);
   report.runs = static_cast<int>(splits.size());
   report.train = static_cast<int>(splits.front().train.size());
   report.test = static_cast<int>(splits.front().test.size());
@@ -307,8 +310,8 @@ EvaluationReport report_runs(std::span<const Split> splits, const std::vector<Ru
     report.run_list.push_back(
         {"", static_cast<int>(splits[r].train.size()), static_cast<int>(splits[r].test.size())});
     for (std::size_t m = 0; m < model_count; ++m) {
-      const Eigen::Vector3d means = mean_of_columns(errors[r][m]);
-      for (std::size_t f = 0; f < kFactorCount; ++f) {
+      const EffortVector means = mean_of_columns(errors[r][m]);
+      for (std::size_t f = 0; f < factor_count; ++f) {
         report.run_errors[f](static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(m)) =
             means[static_cast<Eigen::Index>(f)];
       }
@@ -333,8 +336,9 @@ TestedBlends gather_blends(std::span<const Split> splits, const std::vector<RunE
     blends.first.push_back(groups.first[n]);
     blends.second.push_back(groups.second[n]);
   }
-  for (std::size_t f = 0; f < kFactorCount; ++f) {
-    Eigen::MatrixXd& table = blends.squared_errors[f];
+  const auto factor_count = static_cast<std::size_t>(errors.front().front().rows());
+  for (std::size_t f = 0; f < factor_count; ++f) {
+    Eigen::MatrixXd& table = blends.squared_errors.emplace_back();
     table.setZero(std::ssize(blends.columns), static_cast<Eigen::Index>(model_count));
     for (std::size_t r = 0; r < splits.size(); ++r) {
       for (std::size_t t = 0; t < splits[r].test.size(); ++t) {
@@ -366,7 +370,9 @@ std::string reason_to_skip(const StyleSamples& samples, const Split& split) {
 
 std::optional<double> paper_mean_squared_error(Factor factor, RegressorKind kind) {
   const auto row = static_cast<std::size_t>(factor), column = static_cast<std::size_t>(kind);
-  if (column >= kPaperMeanSquaredError[row].size()) return std::nullopt;
+  if (row >= kPaperMeanSquaredError.size() || column >= kPaperMeanSquaredError[row].size()) {
+    return std::nullopt;
+  }
   return kPaperMeanSquaredError[row][column];
 }
 

@@ -17,12 +17,15 @@ namespace {
 }
 
 /// Components of a content coordinate, from the rows of z. @throws Error{kData} if none fits.
-Eigen::Index component_count(Eigen::Index rows) {
-  const Eigen::Index components = (rows - 2 * kFactorCount - 1) / 2;
-  if (components < 1 || feature_count(static_cast<int>(components)) != rows) {
-    fail(base::ErrorKind::kData, std::to_string(rows) +
-                                     " features, must be [c_i, c_j, e_i, e_j, alpha]: 2 n + 7 rows "
-                                     "for n >= 1 content coordinates");
+Eigen::Index component_count(Eigen::Index rows, int factors) {
+  if (factors != kFactorCount && factors != kMaxFactorCount) {
+    fail(base::ErrorKind::kData, std::to_string(factors) + " factors, must be 3 or 4");
+  }
+  const Eigen::Index components = (rows - 2 * factors - 1) / 2;
+  if (components < 1 || feature_count(static_cast<int>(components), factors) != rows) {
+    fail(base::ErrorKind::kData,
+         std::to_string(rows) + " features, must be [c_i, c_j, e_i, e_j, alpha]: 2 n + " +
+             std::to_string(feature_count(0, factors)) + " rows for n >= 1 content coordinates");
   }
   return components;
 }
@@ -58,12 +61,13 @@ Eigen::RowVectorXd bulge_row(const Eigen::Ref<const Eigen::MatrixXd>& z) {
   return bulge_of(z.bottomRows(1)).matrix().transpose();
 }
 
-void keep_in_bounds(const StyleRegressorState& state, Eigen::Matrix3Xd& predictions) {
+void keep_in_bounds(const StyleRegressorState& state, EffortMatrix& predictions) {
   if (state.bounded) predictions = predictions.cwiseMax(kEffortMin).cwiseMin(kEffortMax);
 }
 
-bool sizes_agree(const ErrorSpread& spread, Eigen::Index rows) {
-  return spread.scale.mean.size() == rows && spread.scale.inverse_scale.size() == rows &&
+bool sizes_agree(const ErrorSpread& spread, Eigen::Index rows, Eigen::Index factors) {
+  return spread.unit.size() == factors && spread.bulge_share.size() == factors &&
+         spread.scale.mean.size() == rows && spread.scale.inverse_scale.size() == rows &&
          spread.centers.rows() == rows && spread.centers.cols() % 2 == 0 &&
          spread.centers.cols() > 0;
 }
@@ -77,9 +81,12 @@ bool is_sound(const ErrorSpread& spread) {
          spread.bulge_share.maxCoeff() <= 1.0;
 }
 
-Eigen::MatrixXd to_matrix(const std::array<FactorFit, kFactorCount>& fits) {
-  Eigen::MatrixXd result(5, kFactorCount);
-  for (int f = 0; f < kFactorCount; ++f) {
+/// Of FactorFit: width, relative width, loss weight, epsilon, held-out squared error.
+constexpr int kFitRows = 5;
+
+Eigen::MatrixXd to_matrix(const std::vector<FactorFit>& fits) {
+  Eigen::MatrixXd result(kFitRows, std::ssize(fits));
+  for (Eigen::Index f = 0; f < result.cols(); ++f) {
     const FactorFit& fit = fits[static_cast<std::size_t>(f)];
     result.col(f) << fit.width, fit.relative_width, fit.loss_weight, fit.epsilon,
         fit.held_out_squared_error;
@@ -87,21 +94,21 @@ Eigen::MatrixXd to_matrix(const std::array<FactorFit, kFactorCount>& fits) {
   return result;
 }
 
-std::array<FactorFit, kFactorCount> to_fits(const Eigen::MatrixXd& matrix) {
-  std::array<FactorFit, kFactorCount> result;
-  for (int f = 0; f < kFactorCount; ++f) {
-    result[static_cast<std::size_t>(f)] = {matrix(0, f), matrix(1, f), matrix(2, f), matrix(3, f),
-                                           matrix(4, f)};
+std::vector<FactorFit> to_fits(const Eigen::MatrixXd& matrix) {
+  std::vector<FactorFit> result;
+  for (Eigen::Index f = 0; f < matrix.cols(); ++f) {
+    result.push_back({matrix(0, f), matrix(1, f), matrix(2, f), matrix(3, f), matrix(4, f)});
   }
   return result;
 }
 
-ErrorSpread take_spread(const base::Container& container, const std::string& prefix) {
+ErrorSpread take_spread(const base::Container& container, const std::string& prefix,
+                        Eigen::Index factors) {
   ErrorSpread spread;
   spread.scale.mean = take_array(container, prefix + ".spread_mean", -1, 1);
   spread.scale.inverse_scale = take_array(container, prefix + ".spread_inverse_scale", -1, 1);
   spread.centers = take_array(container, prefix + ".spread_centers", -1, -1);
-  const Eigen::MatrixXd numbers = take_array(container, prefix + ".spread", kFactorCount, 3);
+  const Eigen::MatrixXd numbers = take_array(container, prefix + ".spread", factors, 3);
   spread.unit = numbers.col(0);
   spread.bulge_share = numbers.col(1);
   spread.width = numbers(0, 2);
@@ -142,27 +149,31 @@ Eigen::VectorXd style_features(const Eigen::Ref<const Eigen::VectorXd>& c_i,
     fail(base::ErrorKind::kData, "content coordinates of " + std::to_string(c_i.size()) + " and " +
                                      std::to_string(c_j.size()) + " numbers, must be equal");
   }
-  Eigen::VectorXd z(feature_count(static_cast<int>(c_i.size())));
+  if (e_i.size() != e_j.size()) {
+    fail(base::ErrorKind::kData, "Efforts of " + std::to_string(e_i.size()) + " and " +
+                                     std::to_string(e_j.size()) + " factors, must be equal");
+  }
+  Eigen::VectorXd z(feature_count(static_cast<int>(c_i.size()), static_cast<int>(e_i.size())));
   z << c_i, c_j, e_i, e_j, alpha;
   return z;
 }
 
-Eigen::MatrixXd swap_order(const Eigen::Ref<const Eigen::MatrixXd>& z) {
-  const Eigen::Index n = component_count(z.rows());
+Eigen::MatrixXd swap_order(const Eigen::Ref<const Eigen::MatrixXd>& z, int factors) {
+  const Eigen::Index n = component_count(z.rows(), factors);
   Eigen::MatrixXd result(z.rows(), z.cols());
   result.topRows(n) = z.middleRows(n, n);
   result.middleRows(n, n) = z.topRows(n);
-  result.middleRows(2 * n, kFactorCount) = z.middleRows(2 * n + kFactorCount, kFactorCount);
-  result.middleRows(2 * n + kFactorCount, kFactorCount) = z.middleRows(2 * n, kFactorCount);
+  result.middleRows(2 * n, factors) = z.middleRows(2 * n + factors, factors);
+  result.middleRows(2 * n + factors, factors) = z.middleRows(2 * n, factors);
   result.bottomRows(1) = (1.0 - z.bottomRows(1).array()).matrix();
   return result;
 }
 
-Eigen::Matrix3Xd linear_interpolation(const Eigen::Ref<const Eigen::MatrixXd>& z) {
-  const Eigen::Index n = component_count(z.rows());
+EffortMatrix linear_interpolation(const Eigen::Ref<const Eigen::MatrixXd>& z, int factors) {
+  const Eigen::Index n = component_count(z.rows(), factors);
   const Eigen::Array<double, 1, Eigen::Dynamic> alpha = z.bottomRows(1).array();
-  const auto e_i = z.middleRows(2 * n, kFactorCount).array();
-  const auto e_j = z.middleRows(2 * n + kFactorCount, kFactorCount).array();
+  const auto e_i = z.middleRows(2 * n, factors).array();
+  const auto e_j = z.middleRows(2 * n + factors, factors).array();
   return e_i.rowwise() * (1.0 - alpha) + e_j.rowwise() * alpha;
 }
 
@@ -180,7 +191,7 @@ StyleSamples StyleSamples::subset(std::span<const int> columns) const {
 }
 
 void StyleSamples::check() const {
-  static_cast<void>(component_count(features.rows()));
+  static_cast<void>(component_count(features.rows(), factor_count()));
   if (labels.cols() != features.cols() ||
       (!groups.empty() && static_cast<Eigen::Index>(groups.size()) != features.cols()) ||
       (weights.size() != 0 && weights.size() != features.cols())) {
@@ -201,13 +212,19 @@ void StyleSamples::check() const {
 
 StyleRegressor::StyleRegressor(StyleRegressorState state) : state_(std::move(state)) {
   const Eigen::Index rows = state_.scale.mean.size();
-  static_cast<void>(component_count(rows));
+  const Eigen::Index factors = state_.offset.size();
+  static_cast<void>(component_count(rows, static_cast<int>(factors)));
+  if (state_.interpolation.size() != factors || state_.bulge_offset.size() != factors ||
+      std::ssize(state_.fits) != factors || state_.weights.rows() != factors ||
+      state_.coefficients.rows() != factors || state_.bulge.rows() != factors) {
+    fail(base::ErrorKind::kData, "the numbers of factors of its arrays do not agree");
+  }
   if (state_.scale.inverse_scale.size() != rows || state_.weights.cols() != rows ||
       state_.centers.cols() != state_.coefficients.cols() ||
       state_.centers.cols() != state_.bulge.cols() ||
       (state_.centers.cols() > 0 && state_.centers.rows() != rows) ||
       (state_.symmetric && state_.centers.cols() % 2 != 0) ||
-      (state_.spread && !sizes_agree(*state_.spread, rows))) {
+      (state_.spread && !sizes_agree(*state_.spread, rows, factors))) {
     fail(base::ErrorKind::kData, "the sizes of its arrays do not agree");
   }
   if (!state_.scale.mean.allFinite() || !state_.scale.inverse_scale.allFinite() ||
@@ -220,28 +237,29 @@ StyleRegressor::StyleRegressor(StyleRegressorState state) : state_(std::move(sta
   if (state_.spread && !is_sound(*state_.spread)) {
     fail(base::ErrorKind::kData, "a number of its standard errors is not finite or out of range");
   }
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < factor_count(); ++f) {
     const double width = state_.fits[static_cast<std::size_t>(f)].width;
     if (has_kernel(state_, f) && !(width > 0.0)) {
-      fail(base::ErrorKind::kData, std::string("kernel width ") + std::to_string(width) + " for " +
-                                       std::string(name_of(kFactors[static_cast<std::size_t>(f)])) +
-                                       ", must be > 0");
+      fail(base::ErrorKind::kData,
+           std::string("kernel width ") + std::to_string(width) + " for " +
+               std::string(name_of(factors_of(factor_count())[static_cast<std::size_t>(f)])) +
+               ", must be > 0");
     }
   }
   center_norms_ = state_.centers.colwise().squaredNorm().transpose();
 }
 
-Eigen::Matrix3Xd StyleRegressor::predict(const Eigen::Ref<const Eigen::MatrixXd>& z) const {
+EffortMatrix StyleRegressor::predict(const Eigen::Ref<const Eigen::MatrixXd>& z) const {
   StyleScratch scratch;
   return predict(z, scratch);
 }
 
-Eigen::Matrix3Xd StyleRegressor::predict(const Eigen::Ref<const Eigen::MatrixXd>& z,
-                                         StyleScratch& scratch) const {
+EffortMatrix StyleRegressor::predict(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                     StyleScratch& scratch) const {
   require_features(z.rows(), feature_rows());
   scratch.standardized =
       state_.scale.inverse_scale.asDiagonal() * (z.colwise() - state_.scale.mean);
-  Eigen::Matrix3Xd result = state_.interpolation.asDiagonal() * linear_interpolation(z);
+  EffortMatrix result = state_.interpolation.asDiagonal() * linear_interpolation(z, factor_count());
   result.noalias() += state_.weights * scratch.standardized;
   result.colwise() += state_.offset;
   const Eigen::RowVectorXd b = bulge_row(z);
@@ -251,7 +269,7 @@ Eigen::Matrix3Xd StyleRegressor::predict(const Eigen::Ref<const Eigen::MatrixXd>
     return result;
   }
   squared_distances_into(state_.centers, center_norms_, scratch.standardized, scratch.squared);
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < factor_count(); ++f) {
     if (!has_kernel(state_, f)) continue;
     apply_gaussian(scratch.squared, state_.fits[static_cast<std::size_t>(f)].width, scratch.kernel);
     result.row(f).noalias() += state_.coefficients.row(f) * scratch.kernel;
@@ -262,9 +280,9 @@ Eigen::Matrix3Xd StyleRegressor::predict(const Eigen::Ref<const Eigen::MatrixXd>
   return result;
 }
 
-Eigen::Matrix3Xd StyleRegressor::predict_curves(const Eigen::Ref<const Eigen::MatrixXd>& pairs,
-                                                std::span<const double> alphas,
-                                                StyleScratch& scratch) const {
+EffortMatrix StyleRegressor::predict_curves(const Eigen::Ref<const Eigen::MatrixXd>& pairs,
+                                            std::span<const double> alphas,
+                                            StyleScratch& scratch) const {
   const Eigen::Index D = feature_rows(), P = pairs.cols();
   const Eigen::Index M = static_cast<Eigen::Index>(alphas.size());
   require_features(pairs.rows() + 1, D);
@@ -276,19 +294,20 @@ Eigen::Matrix3Xd StyleRegressor::predict_curves(const Eigen::Ref<const Eigen::Ma
   Eigen::MatrixXd ends(D, P);
   ends.topRows(D - 1) = pairs;
   ends.bottomRows(1).setZero();
-  const auto linear_part = [&](const Eigen::MatrixXd& z) -> Eigen::Matrix3Xd {
+  const auto linear_part = [&](const Eigen::MatrixXd& z) -> EffortMatrix {
     scratch.standardized =
         state_.scale.inverse_scale.asDiagonal() * (z.colwise() - state_.scale.mean);
-    Eigen::Matrix3Xd value = state_.interpolation.asDiagonal() * linear_interpolation(z);
+    EffortMatrix value =
+        state_.interpolation.asDiagonal() * linear_interpolation(z, factor_count());
     value.noalias() += state_.weights * scratch.standardized;
     value.colwise() += state_.offset;
     return value;
   };
-  const Eigen::Matrix3Xd start = linear_part(ends);
+  const EffortMatrix start = linear_part(ends);
   ends.bottomRows(1).setOnes();
-  const Eigen::Matrix3Xd slope = linear_part(ends) - start;
+  const EffortMatrix slope = linear_part(ends) - start;
   const Eigen::RowVectorXd b = bulge_of(alpha).matrix().transpose();
-  Eigen::Matrix3Xd result(kFactorCount, P * M);
+  EffortMatrix result(factor_count(), P * M);
   for (Eigen::Index p = 0; p < P; ++p) {
     result.middleCols(p * M, M) = slope.col(p) * alpha + state_.bulge_offset * b;
     result.middleCols(p * M, M).colwise() += start.col(p);
@@ -307,7 +326,7 @@ Eigen::Matrix3Xd StyleRegressor::predict_curves(const Eigen::Ref<const Eigen::Ma
       (scaled_alpha.replicate(center_alpha.size(), 1).colwise() - center_alpha.transpose())
           .cwiseAbs2();
   Eigen::MatrixXd along_alpha, curves;
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < factor_count(); ++f) {
     if (!has_kernel(state_, f)) continue;
     const double width = state_.fits[static_cast<std::size_t>(f)].width;
     apply_gaussian(scratch.squared, width, scratch.kernel);
@@ -326,9 +345,9 @@ std::optional<StylePrediction> StyleRegressor::predict_with_error(
     const Eigen::Ref<const Eigen::MatrixXd>& z) const {
   StylePrediction result;
   result.mean = predict(z);
-  result.standard_error.resize(kFactorCount, z.cols());
+  result.standard_error.resize(factor_count(), z.cols());
   if (!state_.spread) {
-    for (int f = 0; f < kFactorCount; ++f) {
+    for (int f = 0; f < factor_count(); ++f) {
       result.standard_error.row(f).setConstant(
           std::sqrt(state_.fits[static_cast<std::size_t>(f)].held_out_squared_error));
     }
@@ -337,10 +356,10 @@ std::optional<StylePrediction> StyleRegressor::predict_with_error(
   const ErrorSpread& spread = *state_.spread;
   const Eigen::ArrayXd novelty =
       1.0 + unexplained_share(spread.centers, spread.scale.apply(z),
-                              spread.scale.apply(swap_order(z)), spread.width)
+                              spread.scale.apply(swap_order(z, factor_count())), spread.width)
                 .array();
   const Eigen::ArrayXd b = bulge_row(z).transpose();
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < factor_count(); ++f) {
     const Eigen::ArrayXd shape =
         spread_shape(b, novelty, spread.bulge_share[f], spread.bulge_mean_square);
     result.standard_error.row(f) = (spread.unit[f] * shape).matrix().transpose();
@@ -348,13 +367,13 @@ std::optional<StylePrediction> StyleRegressor::predict_with_error(
   return result;
 }
 
-Eigen::Matrix3Xd StyleRegressor::typical_errors(std::span<const double> alphas) const {
+EffortMatrix StyleRegressor::typical_errors(std::span<const double> alphas) const {
   // 1 + v of a blend that half follows from those learnt from.
   constexpr double kTypicalNovelty = 1.5;
   const auto count = static_cast<Eigen::Index>(alphas.size());
-  Eigen::Matrix3Xd errors(kFactorCount, count);
+  EffortMatrix errors(factor_count(), count);
   const Eigen::ArrayXd b = bulge_of(Eigen::Map<const Eigen::RowVectorXd>(alphas.data(), count));
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < factor_count(); ++f) {
     if (!state_.spread) {
       errors.row(f).setConstant(
           std::sqrt(state_.fits[static_cast<std::size_t>(f)].held_out_squared_error));
@@ -391,9 +410,11 @@ void StyleRegressor::save(base::Container& container, const std::string& prefix)
   put_array(container, prefix + ".spread_mean", spread.scale.mean);
   put_array(container, prefix + ".spread_inverse_scale", spread.scale.inverse_scale);
   put_array(container, prefix + ".spread_centers", spread.centers);
-  Eigen::Matrix<double, kFactorCount, 3> numbers;
-  numbers << spread.unit, spread.bulge_share,
-      Eigen::Vector3d(spread.width, spread.bulge_mean_square, 0.0);
+  Eigen::MatrixXd numbers = Eigen::MatrixXd::Zero(factor_count(), 3);
+  numbers.col(0) = spread.unit;
+  numbers.col(1) = spread.bulge_share;
+  numbers(0, 2) = spread.width;
+  numbers(1, 2) = spread.bulge_mean_square;
   put_array(container, prefix + ".spread", numbers);
 }
 
@@ -415,22 +436,29 @@ StyleRegressor StyleRegressor::load(const base::Container& container, const std:
   state.symmetric = form(1, 0) != 0.0;
   state.scale.mean = take_array(container, prefix + ".mean", -1, 1);
   state.scale.inverse_scale = take_array(container, prefix + ".inverse_scale", -1, 1);
-  state.interpolation = take_array(container, prefix + ".interpolation", kFactorCount, 1);
-  state.offset = take_array(container, prefix + ".offset", kFactorCount, 1);
-  state.weights = take_array(container, prefix + ".weights", kFactorCount, -1);
+  const Eigen::MatrixXd offset = take_array(container, prefix + ".offset", -1, 1);
+  const Eigen::Index factors = offset.rows();
+  if (factors != kFactorCount && factors != kMaxFactorCount) {
+    fail(base::ErrorKind::kFormat, "model array " + prefix + ".offset: " + std::to_string(factors) +
+                                       " factors, must be 3 or 4");
+  }
+  state.offset = offset;
+  state.interpolation = take_array(container, prefix + ".interpolation", factors, 1);
+  state.weights = take_array(container, prefix + ".weights", factors, -1);
   state.centers = take_array(container, prefix + ".centers", -1, -1);
-  state.coefficients = take_array(container, prefix + ".coefficients", kFactorCount, -1);
+  state.coefficients = take_array(container, prefix + ".coefficients", factors, -1);
   if (is_first_version) {
-    state.bulge = Eigen::Matrix3Xd::Zero(kFactorCount, state.coefficients.cols());
+    state.bulge_offset = EffortVector::Zero(factors);
+    state.bulge = EffortMatrix::Zero(factors, state.coefficients.cols());
   } else {
     state.bounded = form(2, 0) != 0.0;
-    state.bulge_offset = take_array(container, prefix + ".bulge_offset", kFactorCount, 1);
-    state.bulge = take_array(container, prefix + ".bulge", kFactorCount, -1);
+    state.bulge_offset = take_array(container, prefix + ".bulge_offset", factors, 1);
+    state.bulge = take_array(container, prefix + ".bulge", factors, -1);
   }
   if (container.arrays.contains(prefix + ".spread")) {
-    state.spread = take_spread(container, prefix);
+    state.spread = take_spread(container, prefix, factors);
   }
-  state.fits = to_fits(take_array(container, prefix + ".fits", 5, kFactorCount));
+  state.fits = to_fits(take_array(container, prefix + ".fits", kFitRows, factors));
   try {
     return StyleRegressor(std::move(state));
   } catch (const base::Error& error) {

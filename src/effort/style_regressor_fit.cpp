@@ -48,13 +48,14 @@ class TrainingSet {
       : options_(options), labels_(samples.labels.transpose()) {
     const Eigen::Index N = samples.features.cols();
     weights_ = samples.weights.size() == 0 ? Eigen::VectorXd::Ones(N) : samples.weights;
-    interpolated_ = linear_interpolation(samples.features).transpose();
+    interpolated_ = linear_interpolation(samples.features, samples.factor_count()).transpose();
     Eigen::MatrixXd both = samples.features;
     if (options.symmetric) {
       both.conservativeResize(Eigen::NoChange, 2 * N);
-      both.rightCols(N) = swap_order(samples.features);
+      both.rightCols(N) = swap_order(samples.features, samples.factor_count());
     }
-    scale_ = balanced ? fit_balanced_scale(both) : learn::fit_standardizer(both);
+    scale_ =
+        balanced ? fit_balanced_scale(both, samples.factor_count()) : learn::fit_standardizer(both);
     alpha_ = samples.features.bottomRows(1);
     standardized_ = scale_.apply(both);
     number_blends(samples);
@@ -77,6 +78,7 @@ class TrainingSet {
   const std::vector<int>& blends() const { return blends_; }
   int blend_count() const { return blend_count_; }
   Eigen::Index count() const { return labels_.rows(); }
+  int factor_count() const { return static_cast<int>(labels_.cols()); }
   double median() const { return median_; }
   double width(double relative) const { return relative * median_; }
 
@@ -122,10 +124,10 @@ class TrainingSet {
   }
 
   StyleRegressorOptions options_;
-  Eigen::MatrixXd labels_;        // N x 3
+  Eigen::MatrixXd labels_;        // N x F
   Eigen::VectorXd weights_;       // N
   Eigen::RowVectorXd alpha_;      // N
-  Eigen::MatrixXd interpolated_;  // N x 3
+  Eigen::MatrixXd interpolated_;  // N x F
   learn::Standardizer scale_;
   Eigen::MatrixXd standardized_;  // D x N, or D x 2 N: the samples, then their twins
   std::vector<int> blends_;       // N
@@ -151,13 +153,17 @@ StyleRegressorState empty_state(const TrainingSet& set, RegressorKind kind) {
   state.kind = kind;
   state.symmetric = set.options().symmetric;
   state.scale = set.scale();
-  state.weights = Eigen::Matrix3Xd::Zero(kFactorCount, set.scale().mean.size());
+  const int F = set.factor_count();
+  state.interpolation = state.offset = state.bulge_offset = EffortVector::Zero(F);
+  state.weights = EffortMatrix::Zero(F, set.scale().mean.size());
+  state.coefficients = state.bulge = EffortMatrix::Zero(F, 0);
+  state.fits.resize(static_cast<std::size_t>(F));
   return state;
 }
 
 void give_centers(const TrainingSet& set, StyleRegressorState& state) {
   state.centers = set.standardized();
-  state.coefficients = Eigen::Matrix3Xd::Zero(kFactorCount, state.centers.cols());
+  state.coefficients = EffortMatrix::Zero(set.factor_count(), state.centers.cols());
   state.bulge = state.coefficients;
 }
 
@@ -180,9 +186,11 @@ class SpreadFit {
   }
 
   /// @param held_out  N residuals of each factor.
-  ErrorSpread of(const std::array<Eigen::VectorXd, kFactorCount>& held_out) const {
+  ErrorSpread of(const std::vector<Eigen::VectorXd>& held_out) const {
     ErrorSpread result = spread_;
-    for (int f = 0; f < kFactorCount; ++f) {
+    const int F = static_cast<int>(held_out.size());
+    result.unit = result.bulge_share = EffortVector::Zero(F);
+    for (int f = 0; f < F; ++f) {
       fit_spread(bulge_, novelty_, held_out[static_cast<std::size_t>(f)], f, result);
     }
     return result;
@@ -197,32 +205,36 @@ class SpreadFit {
 /// A model without its standard errors, and the held-out residuals that they come from.
 struct Fitted {
   StyleRegressorState state;
-  std::array<Eigen::VectorXd, kFactorCount> held_out;
+  std::vector<Eigen::VectorXd> held_out;  ///< one a factor
 };
 
+Fitted empty_fit(const TrainingSet& set, RegressorKind kind) {
+  return {empty_state(set, kind), {}};
+}
+
 Fitted fit_linear_interpolation(const TrainingSet& set) {
-  Fitted fitted{empty_state(set, RegressorKind::kLinearInterpolation), {}};
+  Fitted fitted = empty_fit(set, RegressorKind::kLinearInterpolation);
   StyleRegressorState& state = fitted.state;
   state.interpolation.setOnes();
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < set.factor_count(); ++f) {
     state.fits[static_cast<std::size_t>(f)].held_out_squared_error =
         weighted_mean_square((set.labels() - set.interpolated()).col(f), set.weights());
-    fitted.held_out[static_cast<std::size_t>(f)] = (set.labels() - set.interpolated()).col(f);
+    fitted.held_out.push_back((set.labels() - set.interpolated()).col(f));
   }
   return fitted;
 }
 
 Fitted fit_linear(const TrainingSet& set) {
-  Fitted fitted{empty_state(set, RegressorKind::kLinearRidge), {}};
+  Fitted fitted = empty_fit(set, RegressorKind::kLinearRidge);
   StyleRegressorState& state = fitted.state;
-  Eigen::MatrixXd targets(set.standardized().cols(), kFactorCount);
-  for (int f = 0; f < kFactorCount; ++f) {
+  Eigen::MatrixXd targets(set.standardized().cols(), set.factor_count());
+  for (int f = 0; f < set.factor_count(); ++f) {
     targets.col(f) = set.for_both(Eigen::VectorXd(set.labels().col(f)));
   }
   const auto choices = learn::select_linear_ridge(
       set.standardized(), targets, set.options().grid.linear_loss_weights,
       set.for_both(set.folds()), set.for_both(set.weights()));
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < set.factor_count(); ++f) {
     const CrossValidationChoice& choice = choices[static_cast<std::size_t>(f)];
     const learn::LinearRidge model =
         learn::fit_linear_ridge(set.standardized(), targets.col(f),
@@ -231,20 +243,20 @@ Fitted fit_linear(const TrainingSet& set) {
     state.offset[f] = model.intercept;
     state.fits[static_cast<std::size_t>(f)] = {.loss_weight = choice.loss_weight,
                                                .held_out_squared_error = choice.mean_squared_error};
-    fitted.held_out[static_cast<std::size_t>(f)] = choice.residuals.head(set.count());
+    fitted.held_out.push_back(choice.residuals.head(set.count()));
   }
   return fitted;
 }
 
 /// The paper's kernel ridge: for each factor the width and U of least pooled held-out error.
 Fitted fit_kernel_ridge(const TrainingSet& set) {
-  Fitted fitted{empty_state(set, RegressorKind::kKernelRidge), {}};
+  Fitted fitted = empty_fit(set, RegressorKind::kKernelRidge);
   give_centers(set, fitted.state);
   const RegressorGrid& grid = set.options().grid;
   const std::vector<Eigen::MatrixXd> kernels = set.kernels(grid.relative_widths);
   const auto choices = learn::select_kernel_ridge(kernels, set.labels(), grid.loss_weights,
                                                   set.folds(), set.weights());
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < set.factor_count(); ++f) {
     const CrossValidationChoice& choice = choices[static_cast<std::size_t>(f)];
     const auto kernel = static_cast<std::size_t>(choice.kernel);
     const learn::KernelRidgeSolution solution = learn::solve_kernel_ridge(
@@ -254,7 +266,7 @@ Fitted fit_kernel_ridge(const TrainingSet& set) {
     const double relative = grid.relative_widths[kernel];
     fitted.state.fits[static_cast<std::size_t>(f)] = {
         set.width(relative), relative, choice.loss_weight, 0.0, choice.mean_squared_error};
-    fitted.held_out[static_cast<std::size_t>(f)] = choice.residuals;
+    fitted.held_out.push_back(choice.residuals);
   }
   return fitted;
 }
@@ -304,7 +316,7 @@ Eigen::VectorXd without_outliers(const Eigen::VectorXd& residuals) {
 /// The fifth model (ours), see fit_style_regressor.
 /// @param set  of both orders, balanced.
 Fitted fit_residual_kernel_ridge(const TrainingSet& set) {
-  Fitted fitted{empty_state(set, RegressorKind::kResidualKernelRidge), {}};
+  Fitted fitted = empty_fit(set, RegressorKind::kResidualKernelRidge);
   StyleRegressorState& state = fitted.state;
   state.bounded = true;
   give_centers(set, state);
@@ -312,7 +324,7 @@ Fitted fit_residual_kernel_ridge(const TrainingSet& set) {
   const ProcessGrid processes(set.standardized(), set.alpha(), set.weights(), set.folds(),
                               set.median(), grid.averaged_relative_widths,
                               grid.averaged_noise_ratios);
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < set.factor_count(); ++f) {
     const Eigen::VectorXd missed = (set.labels() - set.interpolated()).col(f);
     const Eigen::VectorXd learnt_from = without_outliers(missed);
     AveragedProcess chosen = processes.average(learnt_from, true);
@@ -333,7 +345,7 @@ Fitted fit_residual_kernel_ridge(const TrainingSet& set) {
     state.fits[static_cast<std::size_t>(f)] = {
         chosen.width, chosen.relative_width, chosen.loss_weight, 0.0,
         weighted_mean_square(chosen.held_out, set.weights())};
-    fitted.held_out[static_cast<std::size_t>(f)] = chosen.held_out;
+    fitted.held_out.push_back(chosen.held_out);
   }
   return fitted;
 }
@@ -359,7 +371,7 @@ double common_weight(const TrainingSet& set) {
 
 Fitted fit_support_vectors(const TrainingSet& set) {
   const double weight = common_weight(set);
-  Fitted fitted{empty_state(set, RegressorKind::kSupportVector), {}};
+  Fitted fitted = empty_fit(set, RegressorKind::kSupportVector);
   StyleRegressorState& state = fitted.state;
   give_centers(set, state);
   const RegressorGrid& grid = set.options().grid;
@@ -367,7 +379,7 @@ Fitted fit_support_vectors(const TrainingSet& set) {
   for (const double relative : grid.svr_relative_widths) kernels.emplace_back(set.kernel(relative));
   std::vector<int> all(static_cast<std::size_t>(set.count()));
   std::iota(all.begin(), all.end(), 0);
-  for (int f = 0; f < kFactorCount; ++f) {
+  for (int f = 0; f < set.factor_count(); ++f) {
     const Eigen::VectorXd y = set.labels().col(f);
     const double deviation = std::sqrt((y.array() - y.mean()).square().mean());
     const double unit = deviation > 0.0 ? deviation : 1.0;
@@ -392,7 +404,7 @@ Fitted fit_support_vectors(const TrainingSet& set) {
     const double relative = grid.svr_relative_widths[kernel];
     state.fits[static_cast<std::size_t>(f)] = {set.width(relative), relative, choice.loss_weight,
                                                choice.epsilon, choice.mean_squared_error};
-    fitted.held_out[static_cast<std::size_t>(f)] = choice.residuals;
+    fitted.held_out.push_back(choice.residuals);
   }
   return fitted;
 }

@@ -20,10 +20,10 @@ void append_unless_positive(const char* name, double value, std::vector<std::str
 }
 
 /// Prior covariance of what interpolation misses at the blends.
-Eigen::MatrixXd prior_covariance(const Eigen::MatrixXd& z, double relative_width) {
+Eigen::MatrixXd prior_covariance(const Eigen::MatrixXd& z, int factors, double relative_width) {
   Eigen::MatrixXd both(z.rows(), 2 * z.cols());
-  both << z, swap_order(z);
-  const Eigen::MatrixXd scaled = fit_balanced_scale(both).apply(both);
+  both << z, swap_order(z, factors);
+  const Eigen::MatrixXd scaled = fit_balanced_scale(both, factors).apply(both);
   const Eigen::MatrixXd k =
       learn::gaussian_kernel(learn::squared_distances(scaled.leftCols(z.cols()), scaled),
                              relative_width * learn::median_distance(scaled));
@@ -72,7 +72,7 @@ std::vector<Suggestion> suggest_blends(const Eigen::Ref<const Eigen::MatrixXd>& 
   Eigen::MatrixXd all(pool.rows(), P + L);
   all.leftCols(P) = pool;
   if (L > 0) all.rightCols(L) = labelled;
-  Eigen::MatrixXd C = prior_covariance(all, options.relative_width);
+  Eigen::MatrixXd C = prior_covariance(all, options.factor_count, options.relative_width);
   for (Eigen::Index n = 0; n < L; ++n) condition_on(P + n, options.noise_ratio, C);
   C = C.topLeftCorner(P, P).eval();
 

@@ -3,6 +3,18 @@
 #include <algorithm>
 
 namespace laban::transfer {
+namespace {
+
+constexpr auto kSpace = static_cast<std::size_t>(effort::Factor::kSpace);
+
+bool asks_for_space(const AskedEffort& asked) {
+  if (asked.target.factors[kSpace]) return true;
+  return asked.curve &&
+         std::any_of(asked.curve->rows.begin(), asked.curve->rows.end(),
+                     [](const TargetCurve::Row& row) { return row.factors[kSpace].has_value(); });
+}
+
+}  // namespace
 
 EffortTarget AskedEffort::of_snippet(double begin_s, int frames, double frame_rate_hz,
                                      const effort::Effort& before) const {
@@ -21,7 +33,12 @@ EffortTarget AskedEffort::of_snippet(double begin_s, int frames, double frame_ra
 std::vector<std::string> AskedEffort::problems() const {
   std::vector<std::string> found;
   EffortTarget absolute = target;
-  for (const effort::Factor factor : effort::kFactors) {
+  if (relative[kSpace] && asks_for_space(*this)) {
+    found.emplace_back(
+        "a change of space is asked for, but nobody measures the input's Space; "
+        "ask for a value");
+  }
+  for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     const auto& value = target.factors[f];
     const std::string name(effort::name_of(factor));

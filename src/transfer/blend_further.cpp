@@ -34,7 +34,7 @@ class NestedBlends {
   [[nodiscard]] Made fragment(int index) const {
     const Fragment& known = model_.fragments[static_cast<std::size_t>(index)];
     return {known.pose, model_.coordinates[static_cast<std::size_t>(index)],
-            effort::to_vector(*known.effort)};
+            effort::to_vector(*known.effort, model_.regressor.factor_count())};
   }
 
   [[nodiscard]] static Eigen::VectorXd features(const Made& i, const Made& j, double alpha) {
@@ -168,7 +168,7 @@ BlendChoice blend_further(const StyleModel& model, std::span<const int> neighbor
     nest.alphas.push_back(step->alpha);
     blends.improve(nest, options);
     BlendChoice more = choice_of(blends, nest, target);
-    extend(reachable, effort::to_vector(more.predicted));
+    extend(reachable, effort::to_vector(more.predicted, model.regressor.factor_count()));
     if (!(more.distance < best.distance - kLeastGain)) break;
     best = std::move(more);
   }

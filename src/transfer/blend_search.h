@@ -10,7 +10,7 @@
 
 namespace laban::transfer {
 
-using Reachable = std::array<FactorRange, effort::kFactorCount>;
+using Reachable = std::vector<FactorRange>;
 
 /// Widens the ranges to hold a prediction.
 void extend(Reachable& reachable, const effort::EffortVector& e);
@@ -19,9 +19,10 @@ void extend(Reachable& reachable, const effort::EffortVector& e);
 /// moves that was to stay.
 class BlendCost {
  public:
-  using Missed = Eigen::Matrix<double, 2 * effort::kFactorCount, 1>;
+  using Missed = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 2 * effort::kMaxFactorCount, 1>;
 
-  BlendCost(const EffortTarget& target, const SearchOptions& options);
+  /// @param factor_count  of the predictions.
+  BlendCost(const EffortTarget& target, const SearchOptions& options, int factor_count);
 
   /// @param error  the prediction's standard error, 0 where the Effort is known.
   [[nodiscard]] Missed missed(const effort::EffortVector& predicted,
@@ -32,9 +33,9 @@ class BlendCost {
   }
 
  private:
-  effort::EffortVector wanted_ = effort::EffortVector::Zero();
-  effort::EffortVector weight_ = effort::EffortVector::Zero();  ///< square roots
-  double caution_ = 0.0;                                        ///< square root
+  effort::EffortVector wanted_;
+  effort::EffortVector weight_;  ///< square roots
+  double caution_ = 0.0;         ///< square root
 };
 
 /// The best of some blends of two.

@@ -20,11 +20,11 @@ ClosedLoopTrial try_target(const StyleModel& model, int fragment, const EffortTa
           effort::observe(effort::describe(pose), model.observer, first.content).effort};
 }
 
-/// Predictions over all pairs of one content and alphas: 3 x (pairs * alphas).
-Eigen::Matrix3Xd predictions_of(const StyleModel& model, int group) {
+/// Predictions over all pairs of one content and alphas: F x (pairs * alphas).
+effort::EffortMatrix predictions_of(const StyleModel& model, int group) {
   std::vector<double> alphas;
   for (int m = 0; m <= 30; ++m) alphas.push_back(blend::kMinAlpha + 0.05 * m);
-  std::vector<Eigen::Matrix3Xd> curves;
+  std::vector<effort::EffortMatrix> curves;
   const int count = static_cast<int>(model.fragments.size());
   for (int i = 0; i < count; ++i) {
     for (int j = i + 1; j < count; ++j) {
@@ -37,7 +37,8 @@ Eigen::Matrix3Xd predictions_of(const StyleModel& model, int group) {
       curves.push_back(effort_curve(model, i, j, alphas));
     }
   }
-  Eigen::Matrix3Xd all(3, static_cast<Eigen::Index>(curves.size() * alphas.size()));
+  effort::EffortMatrix all(model.regressor.factor_count(),
+                           static_cast<Eigen::Index>(curves.size() * alphas.size()));
   for (std::size_t n = 0; n < curves.size(); ++n) {
     all.middleCols(static_cast<Eigen::Index>(n * alphas.size()), curves[n].cols()) = curves[n];
   }
@@ -51,7 +52,7 @@ struct Span {
 
 /// 5th to 95th percentile of each factor's predictions in one content group.
 std::array<Span, effort::kFactorCount> target_spans(const StyleModel& model, int group) {
-  const Eigen::Matrix3Xd predictions = predictions_of(model, group);
+  const effort::EffortMatrix predictions = predictions_of(model, group);
   std::array<Span, effort::kFactorCount> spans;
   for (std::size_t f = 0; f < spans.size(); ++f) {
     const Eigen::VectorXd row = predictions.row(static_cast<Eigen::Index>(f)).transpose();
@@ -122,9 +123,10 @@ std::vector<ClosedLoopTrial> left_out_trials(const StyleModel& model, const Styl
     const int fragment = random_companion(model, left_out, rng);
     if (fragment < 0) return;
     const effort::Effort& label = *model.fragments[static_cast<std::size_t>(left_out)].effort;
+    EffortTarget target;
+    target.factors = {label.flow, label.weight, label.time};
     trials[static_cast<std::size_t>(n)] =
-        try_target(without(model, corpus, left_out), fragment,
-                   {{label.flow, label.weight, label.time}, {1.0, 1.0, 1.0}, {}}, options.search);
+        try_target(without(model, corpus, left_out), fragment, target, options.search);
   });
   std::vector<ClosedLoopTrial> made;
   for (const auto& trial : trials) {

@@ -219,18 +219,19 @@ std::vector<Eigen::VectorXd> coordinates_known_to(std::span<const Fragment> frag
 
 effort::StyleSamples style_samples(const StyleCorpus& corpus,
                                    std::span<const Eigen::VectorXd> coordinates) {
-  const auto label_of = [](const auto& item) {
+  const auto label_of = [&corpus](const auto& item) {
     require(item.effort.has_value(),
             "'" + item.name + "' has no Effort label; every blend and its parents need one");
-    return effort::to_vector(*item.effort);
+    return effort::to_vector(*item.effort, corpus.factor_count);
   };
   effort::StyleSamples samples;
   const auto count = static_cast<Eigen::Index>(corpus.blends.size());
   require(count > 0,
           "the corpus has no blends to learn from; draw some with 'laban corpus --blends'");
-  samples.features.resize(effort::feature_count(static_cast<int>(coordinates.front().size())),
-                          count);
-  samples.labels.resize(3, count);
+  samples.features.resize(
+      effort::feature_count(static_cast<int>(coordinates.front().size()), corpus.factor_count),
+      count);
+  samples.labels.resize(corpus.factor_count, count);
   for (Eigen::Index n = 0; n < count; ++n) {
     const CorpusBlend& blend = corpus.blends[static_cast<std::size_t>(n)];
     const auto i = static_cast<std::size_t>(blend.fragment_i);

@@ -118,12 +118,13 @@ std::string pose_key(std::size_t index) {
 void save_fragments(const StyleModel& model, Container& container, ordered_json& header) {
   for (std::size_t i = 0; i < model.fragments.size(); ++i) {
     const Fragment& fragment = model.fragments[i];
-    header["fragments"].push_back(
-        {{"name", fragment.name},
-         {"content", fragment.content},
-         {"performer", fragment.performer},
-         {"leg_length_m", fragment.pose.leg_length_m},
-         {"effort", {fragment.effort->flow, fragment.effort->weight, fragment.effort->time}}});
+    const effort::EffortVector e =
+        effort::to_vector(*fragment.effort, model.regressor.factor_count());
+    header["fragments"].push_back({{"name", fragment.name},
+                                   {"content", fragment.content},
+                                   {"performer", fragment.performer},
+                                   {"leg_length_m", fragment.pose.leg_length_m},
+                                   {"effort", std::vector<double>(e.begin(), e.end())}});
     Eigen::MatrixXd rows(motion::kAngleRowCount + 4, fragment.pose.frame_count());
     rows << fragment.pose.angles, fragment.pose.height, fragment.pose.steps;
     container.arrays[pose_key(i)] = to_array(rows);
@@ -141,13 +142,17 @@ std::vector<Fragment> load_fragments(const Reader& reader, const ordered_json& h
     reader.require(rows.cwiseAbs().maxCoeff() <= kMaxPoseValue, "a fragment holds no poses");
     const double leg = entry.at("leg_length_m").get<double>();
     reader.require(leg > 0.0 && leg <= kMaxPoseValue, "a leg length must be positive, in metres");
-    const auto effort = entry.at("effort").get<std::array<double, 3>>();
+    const auto effort = entry.at("effort").get<std::vector<double>>();
+    reader.require(
+        effort.size() == effort::kFactorCount || effort.size() == effort::kMaxFactorCount,
+        "a fragment's Effort must be three or four numbers");
+    const Eigen::Map<const Eigen::VectorXd> e(effort.data(), std::ssize(effort));
     fragments.push_back({entry.at("name").get<std::string>(),
                          entry.at("content").get<std::string>(),
                          entry.at("performer").get<std::string>(),
                          motion::PoseMatrix{rate, leg, rows.topRows(motion::kAngleRowCount),
                                             rows.row(motion::kAngleRowCount), rows.bottomRows<3>()},
-                         effort::Effort{effort[0], effort[1], effort[2]}});
+                         effort::to_effort(e)});
   }
   reader.require(!fragments.empty(), "it has no fragments");
   return fragments;
@@ -235,7 +240,8 @@ StyleModel read_parts(const Container& container, std::string_view name) {
   }
   effort::StyleRegressor regressor = effort::StyleRegressor::load(container, "regressor");
   reader.require(regressor.feature_rows() ==
-                     effort::feature_count(static_cast<int>(coordinates.front().size())),
+                     effort::feature_count(static_cast<int>(coordinates.front().size()),
+                                           regressor.factor_count()),
                  "its regressor does not fit its content map");
   effort::ObserverReference observer{
       header.at("observer_groups").get<std::vector<std::string>>(), {}, {}};

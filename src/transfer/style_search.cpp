@@ -19,6 +19,16 @@ void throw_problems(const std::vector<std::string>& problems) {
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
 }
 
+void require_known(const StyleModel& model, const EffortTarget& target) {
+  const auto known = static_cast<std::size_t>(model.regressor.factor_count());
+  for (std::size_t f = known; f < target.factors.size(); ++f) {
+    if (!target.factors[f]) continue;
+    throw Error(ErrorKind::kUsage, "target " + std::string(name_of(effort::kFactorsWithSpace[f])) +
+                                       " is asked of a model whose labels have none; train on a "
+                                       "table with that column, or leave it free");
+  }
+}
+
 struct Pair {
   int i = 0;
   int j = 0;
@@ -42,9 +52,10 @@ std::vector<Pair> pairs_among(const StyleModel& model, const std::vector<int>& n
 Eigen::VectorXd features_of(const StyleModel& model, const Pair& pair) {
   const auto i = static_cast<std::size_t>(pair.i);
   const auto j = static_cast<std::size_t>(pair.j);
+  const int factors = model.regressor.factor_count();
   return effort::style_features(model.coordinates[i], model.coordinates[j],
-                                effort::to_vector(*model.fragments[i].effort),
-                                effort::to_vector(*model.fragments[j].effort), 0.0);
+                                effort::to_vector(*model.fragments[i].effort, factors),
+                                effort::to_vector(*model.fragments[j].effort, factors), 0.0);
 }
 
 std::vector<double> uniform_alphas(int samples, const AlphaRange& range) {
@@ -65,8 +76,8 @@ struct Sampled {
 
 /// @param curve   predictions at each sample.
 /// @param errors  their standard errors.
-Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::Matrix3Xd>& curve,
-                const Eigen::Matrix3Xd& errors, const BlendCost& cost) {
+Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::MatrixXd>& curve,
+                const effort::EffortMatrix& errors, const BlendCost& cost) {
   // Between samples a curve may bend, but hardly moves so much more than from sample to sample.
   constexpr double kMostBend = 1.5;
   Sampled candidate{index, {}, 0.0};
@@ -88,9 +99,10 @@ Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::Matrix3Xd>& cu
 
 double EffortTarget::distance_to(const effort::EffortVector& e) const {
   double sum = 0.0;
-  for (std::size_t f = 0; f < factors.size(); ++f) {
+  for (Eigen::Index row = 0; row < e.size(); ++row) {
+    const auto f = static_cast<std::size_t>(row);
     if (!factors[f]) continue;
-    const double d = *factors[f] - e[static_cast<Eigen::Index>(f)];
+    const double d = *factors[f] - e[row];
     sum += weights[f] * d * d;
   }
   return std::sqrt(sum);
@@ -103,7 +115,7 @@ bool EffortTarget::is_free() const {
 
 std::vector<std::string> EffortTarget::problems() const {
   std::vector<std::string> found;
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     const std::string name(effort::name_of(factor));
     if (factors[f] && !(*factors[f] >= effort::kEffortMin && *factors[f] <= effort::kEffortMax)) {
@@ -116,7 +128,7 @@ std::vector<std::string> EffortTarget::problems() const {
     }
   }
   if (is_free()) {
-    found.emplace_back("no target given; ask for at least one of flow, weight, time");
+    found.emplace_back("no target given; ask for at least one of flow, weight, time, space");
   }
   return found;
 }
@@ -137,8 +149,8 @@ std::vector<std::string> SearchOptions::problems() const {
   return found;
 }
 
-Eigen::Matrix3Xd effort_curve(const StyleModel& model, int fragment_i, int fragment_j,
-                              const std::vector<double>& alphas) {
+effort::EffortMatrix effort_curve(const StyleModel& model, int fragment_i, int fragment_j,
+                                  const std::vector<double>& alphas) {
   const Eigen::VectorXd z = features_of(model, {fragment_i, fragment_j});
   effort::StyleScratch scratch;
   return model.regressor.predict_curves(z.head(z.size() - 1), alphas, scratch);
@@ -171,12 +183,15 @@ void extend(Reachable& reachable, const effort::EffortVector& e) {
   }
 }
 
-BlendCost::BlendCost(const EffortTarget& target, const SearchOptions& options)
-    : caution_(std::sqrt(options.caution)) {
-  for (const effort::Factor factor : effort::kFactors) {
+BlendCost::BlendCost(const EffortTarget& target, const SearchOptions& options, int factor_count)
+    : wanted_(effort::EffortVector::Zero(factor_count)),
+      weight_(effort::EffortVector::Zero(factor_count)),
+      caution_(std::sqrt(options.caution)) {
+  for (const effort::Factor factor : effort::factors_of(factor_count)) {
     const int row = effort::index_of(factor);
     const auto f = static_cast<std::size_t>(row);
-    if (!target.factors[f] && !target.stay_near) continue;
+    const bool can_stay = target.stay_near && factor != effort::Factor::kSpace;
+    if (!target.factors[f] && !can_stay) continue;
     wanted_[row] = target.factors[f] ? *target.factors[f] : (*target.stay_near)[factor];
     weight_[row] = std::sqrt(target.factors[f] ? target.weights[f] : options.stay);
   }
@@ -184,7 +199,7 @@ BlendCost::BlendCost(const EffortTarget& target, const SearchOptions& options)
 
 BlendCost::Missed BlendCost::missed(const effort::EffortVector& predicted,
                                     const effort::EffortVector& error) const {
-  Missed all;
+  Missed all(2 * predicted.size());
   all << weight_.cwiseProduct(wanted_ - predicted), caution_ * weight_.cwiseProduct(error);
   return all;
 }
@@ -193,12 +208,12 @@ std::optional<FoundBlend> find_blend(const StyleModel& model, const Eigen::Matri
                                      const EffortTarget& target, const SearchOptions& options,
                                      Reachable& reachable, const AlphaRange& range) {
   if (z.cols() == 0) return std::nullopt;
-  const BlendCost cost(target, options);
+  const BlendCost cost(target, options, model.regressor.factor_count());
   const std::vector<double> alphas = uniform_alphas(options.samples, range);
   effort::StyleScratch scratch;
-  const Eigen::Matrix3Xd curves =
+  const effort::EffortMatrix curves =
       model.regressor.predict_curves(z.topRows(z.rows() - 1), alphas, scratch);
-  const Eigen::Matrix3Xd errors = model.regressor.typical_errors(alphas);
+  const effort::EffortMatrix errors = model.regressor.typical_errors(alphas);
   std::vector<Sampled> candidates;
   for (Eigen::Index p = 0; p < z.cols(); ++p) {
     for (Eigen::Index m = 0; m < options.samples; ++m)
@@ -237,20 +252,21 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
     throw Error(ErrorKind::kUsage,
                 "search_blend: there is no fragment " + std::to_string(fragment));
   }
+  require_known(model, target);
   std::vector<int> neighbors = model.neighbors[static_cast<std::size_t>(fragment)];
   neighbors.resize(std::min(neighbors.size(), static_cast<std::size_t>(options.neighbors)));
 
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Reachable reachable;
-  reachable.fill({kInfinity, -kInfinity});
-  const BlendCost cost(target, options);
+  const int factors = model.regressor.factor_count();
+  Reachable reachable(static_cast<std::size_t>(factors), {kInfinity, -kInfinity});
+  const BlendCost cost(target, options, model.regressor.factor_count());
   BlendChoice best;
   double least = kInfinity;
   for (const int k : neighbors) {
     const effort::Effort label = *model.fragments[static_cast<std::size_t>(k)].effort;
-    const effort::EffortVector e = effort::to_vector(label);
+    const effort::EffortVector e = effort::to_vector(label, factors);
     extend(reachable, e);
-    const double own = cost(e, effort::EffortVector::Zero());
+    const double own = cost(e, effort::EffortVector::Zero(factors));
     if (own < least) {
       least = own;
       best = {k, k, 0.0, label, target.distance_to(e), {}, {}, {}};

@@ -29,7 +29,7 @@ std::vector<Column> read_head(const base::CsvRow& head, std::string_view name) {
     const auto factor = effort::factor_named(field);
     if (!factor && field != "seconds") {
       refuse(name, head.line,
-             "column '" + field + "' (must be one of seconds, flow, weight, time)");
+             "column '" + field + "' (must be one of seconds, flow, weight, time, space)");
     }
     if (std::any_of(columns.begin(), columns.end(),
                     [&](const Column& column) { return column.name == field; })) {
@@ -97,10 +97,10 @@ std::optional<double> TargetCurve::at(effort::Factor factor, double seconds) con
   return (1.0 - share) * *before.factors[f] + share * *after->factors[f];
 }
 
-std::array<std::optional<double>, effort::kFactorCount> TargetCurve::mean_over(
+std::array<std::optional<double>, effort::kMaxFactorCount> TargetCurve::mean_over(
     double begin_s, int frames, double frame_rate_hz) const {
-  std::array<std::optional<double>, effort::kFactorCount> mean;
-  for (const effort::Factor factor : effort::kFactors) {
+  std::array<std::optional<double>, effort::kMaxFactorCount> mean;
+  for (const effort::Factor factor : effort::kFactorsWithSpace) {
     double sum = 0.0;
     int count = 0;
     for (int f = 0; f < frames; ++f) {
@@ -132,7 +132,7 @@ TargetCurve parse_target_curve(std::string_view text, std::string_view name, dou
                                [](const auto& value) { return value.has_value(); });
     curve.rows.push_back(row);
   }
-  if (!asks) refuse(name, table.back().line, "nothing is asked of flow, weight or time");
+  if (!asks) refuse(name, table.back().line, "nothing is asked of any factor");
   return curve;
 }
 

@@ -199,7 +199,8 @@ EvaluationReport report_of(const Eigen::MatrixXd& errors, double test_to_train) 
   EvaluationReport report;
   report.runs = static_cast<int>(errors.rows());
   report.test_to_train = test_to_train;
-  report.run_errors.fill(errors);
+  report.run_errors.assign(kFactorCount, errors);
+  report.factors.resize(kFactorCount);
   for (FactorReport& factor : report.factors) {
     factor.label_variance = 1.0;
     factor.models.resize(2);
@@ -259,7 +260,7 @@ TEST(Evaluate, FindsTheFifthBelowInterpolationWhereTheTruthIsAndWithinNoiseWhere
   // The truth is an interpolation, or everywhere one more than it, which is soon learnt: what the
   // intervals should find is known.
   const auto more = [](const Eigen::VectorXd&) -> EffortVector {
-    return EffortVector::Constant(1.0);
+    return EffortVector::Constant(kFactorCount, 1.0);
   };
   for (const auto protocol : {Protocol::kRandom, Protocol::kLeavePerformerOut}) {
     for (const bool beyond : {true, false}) {

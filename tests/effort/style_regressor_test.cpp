@@ -38,7 +38,8 @@ double mean_squared_error(const StyleRegressor& model, const StyleSamples& sampl
 
 TEST(StyleFeatures, LieInThePapersOrder) {
   const Eigen::Vector2d c_i(1, 2), c_j(3, 4);
-  const Eigen::VectorXd z = style_features(c_i, c_j, {5, 6, 7}, {8, 9, 10}, 0.25);
+  const Eigen::VectorXd z =
+      style_features(c_i, c_j, Eigen::Vector3d(5, 6, 7), Eigen::Vector3d(8, 9, 10), 0.25);
   Eigen::VectorXd expected(11);
   expected << 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0.25;
   EXPECT_EQ(z, expected);
@@ -49,7 +50,21 @@ TEST(StyleFeatures, LieInThePapersOrder) {
   // (1 - 0.25) * 5 + 0.25 * 8 = 5.75, ..
   EXPECT_EQ(linear_interpolation(z).col(0), Eigen::Vector3d(5.75, 6.75, 7.75));
   EXPECT_THROW((void)swap_order(Eigen::MatrixXd::Zero(10, 1)), base::Error);
-  EXPECT_THROW((void)style_features(c_i, Eigen::Vector3d::Zero(), {}, {}, 0.0), base::Error);
+  const Eigen::Vector3d e = Eigen::Vector3d::Zero();
+  EXPECT_THROW((void)style_features(c_i, Eigen::Vector3d::Zero(), e, e, 0.0), base::Error);
+  EXPECT_THROW((void)style_features(c_i, c_j, e, Eigen::Vector4d::Zero(), 0.0), base::Error);
+}
+
+TEST(StyleFeatures, HoldSpaceWhereItIsLabelled) {
+  const Eigen::Vector2d c_i(1, 2), c_j(3, 4);
+  const Eigen::VectorXd z =
+      style_features(c_i, c_j, Eigen::Vector4d(5, 6, 7, 8), Eigen::Vector4d(9, 10, 11, 12), 0.25);
+  ASSERT_EQ(z.size(), feature_count(2, 4));
+  EXPECT_EQ(linear_interpolation(z, 4).col(0), Eigen::Vector4d(6, 7, 8, 9));
+  const Eigen::VectorXd swapped = swap_order(z, 4);
+  EXPECT_EQ(swapped.segment(4, 4), Eigen::Vector4d(9, 10, 11, 12));
+  EXPECT_EQ(linear_interpolation(swapped, 4), linear_interpolation(z, 4));
+  EXPECT_THROW((void)linear_interpolation(z, 5), base::Error);
 }
 
 TEST(StyleFeatures, InterpolationIsTheSeedAtBothEndsAndTheSameFromEither) {
@@ -229,6 +244,34 @@ TEST(StyleRegressor, SymmetricTrainingEqualsEnteringEveryBlendInBothOrders) {
                   bar)
           << name_of(kind);
     }
+  }
+}
+
+// Space is a factor like the others: what a regressor learns of labels whose fourth row repeats the
+// first is, for the fourth, what it learns for the first.
+TEST(StyleRegressor, LearnsSpaceAsAnyOtherFactor) {
+  base::Rng rng(1);
+  StyleSamples samples = invent_blends({.count = 40, .factors = kMaxFactorCount}, rng);
+  for (const int row : {6, 10}) samples.features.row(row + 3) = samples.features.row(row);
+  samples.labels.row(3) = samples.labels.row(0);
+  for (const StyleRegressor& model :
+       fit_style_regressors(samples, kRegressors, {.grid = small_grid()})) {
+    ASSERT_EQ(model.factor_count(), 4);
+    EXPECT_EQ(model.factors().back(), Factor::kSpace);
+    const StylePrediction predicted = *model.predict_with_error(samples.features);
+    EXPECT_LT((predicted.mean.row(3) - predicted.mean.row(0)).norm(), 1e-9)
+        << name_of(model.kind());
+    EXPECT_LT((predicted.standard_error.row(3) - predicted.standard_error.row(0)).norm(), 1e-9);
+    base::Container container;
+    model.save(container, "regressor");
+    const StyleRegressor loaded = StyleRegressor::load(container, "regressor");
+    EXPECT_EQ(loaded.predict(samples.features), predicted.mean);
+    const std::vector<double> alphas = {0.0, 0.4};
+    StyleScratch scratch;
+    const EffortMatrix curves =
+        loaded.predict_curves(samples.features.topRows(14).leftCols(1), alphas, scratch);
+    EXPECT_EQ(curves.rows(), 4);
+    EXPECT_EQ(loaded.typical_errors(alphas).rows(), 4);
   }
 }
 

@@ -127,7 +127,7 @@ Ranges target_ranges(const transfer::StyleModel& model, const std::string& conte
       if (fragment(j).content != content ||
           !align::blendable(fragment(i).pose.frame_count(), fragment(j).pose.frame_count()))
         continue;
-      const Eigen::Matrix3Xd curve = transfer::effort_curve(model, i, j, alphas);
+      const effort::EffortMatrix curve = transfer::effort_curve(model, i, j, alphas);
       for (std::size_t f = 0; f < values.size(); ++f) {
         for (const double value : curve.row(static_cast<Eigen::Index>(f)))
           values[f].push_back(std::clamp(value, effort::kEffortMin, effort::kEffortMax));

@@ -147,7 +147,7 @@ std::vector<Input> choose_inputs(const std::vector<Take>& takes) {
 std::vector<transfer::EffortTarget> targets() {
   const auto target = [](std::optional<double> flow, std::optional<double> weight,
                          std::optional<double> time) {
-    return transfer::EffortTarget{{flow, weight, time}, {1.0, 1.0, 1.0}};
+    return transfer::EffortTarget{{flow, weight, time}, {1.0, 1.0, 1.0, 1.0}};
   };
   return {target(-2.0, std::nullopt, std::nullopt), target(std::nullopt, 2.0, std::nullopt),
           target(std::nullopt, std::nullopt, 2.0), target(1.5, -1.5, -1.5)};

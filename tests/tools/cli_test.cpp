@@ -148,7 +148,7 @@ TEST_F(Cli, WeightsSayWhichFactorCountsMost) {
         json::parse(run("apply " + kWalk + " --flow -2 --weight 2 --time -2 --weights " + weights +
                         " -o out.bvh --json --force")
                         .out);
-    EXPECT_EQ(report["run"]["options"]["asked"]["weights"].size(), 3U);
+    EXPECT_EQ(report["run"]["options"]["asked"]["weights"].size(), 4U);
     return std::abs(report["snippets"][0]["predicted"]["time"].get<double>() + 2.0);
   };
   EXPECT_LT(missed("1,1,50"), missed("50,50,1"));
@@ -389,6 +389,42 @@ TEST_F(Cli, ARatersSheetBecomesAModel) {
   ASSERT_EQ(run("train --labels sheet.csv -o mine.laban --skip-blank").code, 0);
   const Outcome applied = run("apply " + kBow + " --model mine.laban --weight 2 -o strong.glb");
   EXPECT_EQ(applied.code, 0) << applied.err;
+}
+
+TEST_F(Cli, SpaceIsAskedForWhereEveryLabelHasIt) {
+  effort::LabelTable table = effort::parse_label_table(bytes_of(kLabels), kLabels);
+  std::erase_if(table.rows, [](const effort::LabelRow& row) { return row.content != "walk"; });
+  for (effort::LabelRow& row : table.rows) {
+    if (!row.clip.empty()) row.clip = fs::path(kData) / "phrase" / fs::path(row.clip).filename();
+    row.space = std::clamp(0.5 * *row.time - 0.5 * *row.weight, -3.0, 3.0);
+  }
+  write(folder_ / "space.csv", effort::format_label_table(table));
+  const Outcome trained = run("train --labels space.csv -o space.laban --json");
+  ASSERT_EQ(trained.code, 0) << trained.err;
+  EXPECT_TRUE(json::parse(trained.out)["factors"].contains("space"));
+  const Outcome applied =
+      run("apply " + kWalk + " --model space.laban --space 0.5 -o direct.bvh --json");
+  ASSERT_EQ(applied.code, 0) << applied.err;
+  const json snippet = json::parse(applied.out)["snippets"][0];
+  EXPECT_EQ(snippet["asked"]["space"], 0.5);
+  EXPECT_NEAR(snippet["predicted"]["space"], 0.5, 0.3);
+  EXPECT_EQ(snippet["reachable"].count("space"), 1U);
+  EXPECT_FALSE(snippet["measured"].contains("space"));  // nobody measures it
+  EXPECT_EQ(json::parse(run("curve --model space.laban --json").out)["pairs"][0].contains("space"),
+            true);
+  const Outcome evaluated =
+      run("evaluate --labels space.csv --runs 2 --models kernel-ridge --train 12 --test 5 --json");
+  ASSERT_EQ(evaluated.code, 0) << evaluated.err;
+  EXPECT_TRUE(json::parse(evaluated.out)["factors"].contains("space"));
+
+  const std::string apply = "apply " + kWalk + " -o new.bvh ";
+  expect_error(apply + "--space 1", 2, "target space is asked of a model whose labels have none");
+  expect_error(apply + "--model space.laban --space +1", 2, "nobody measures the input's Space");
+  table.rows.back().space.reset();
+  write(folder_ / "space.csv", effort::format_label_table(table));
+  const Outcome partly = run("train --labels space.csv -o other.laban");
+  EXPECT_EQ(partly.code, 0);
+  EXPECT_THAT(partly.err, HasSubstr("Space is left out, 1 of"));
 }
 
 /// The embedded labels as three raters might have given them: ann as they are, bob half a point

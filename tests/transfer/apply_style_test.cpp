@@ -19,7 +19,7 @@ motion::PoseMatrix two_actions() {
 }
 
 EffortTarget strong() {
-  return {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0}};
+  return {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
 }
 
 std::string message_of(const motion::PoseMatrix& input, const ApplyOptions& options = {}) {

@@ -22,7 +22,7 @@ TEST(StyleModel, ReadsBackAsItWasWritten) {
   const StyleModel back = read_style_model(bytes, "toy.laban");
   EXPECT_EQ(write_style_model(back), bytes);
   EXPECT_EQ(back.neighbors, model.neighbors);
-  const EffortTarget target{{1.0, std::nullopt, -1.0}, {1.0, 1.0, 1.0}};
+  const EffortTarget target{{1.0, std::nullopt, -1.0}, {1.0, 1.0, 1.0, 1.0}};
   const BlendChoice a = search_blend(model, 2, target);
   const BlendChoice b = search_blend(back, 2, target);
   EXPECT_EQ(a.alpha, b.alpha);
@@ -206,7 +206,8 @@ TEST(StyleModel, AFileOfFormatVersion1IsRead) {
   EXPECT_NEAR(
       model.fragments[0].pose.angles(3 * motion::index_of(motion::StandardJoint::kSpine), 2), -0.25,
       1e-15);
-  const BlendChoice choice = search_blend(model, 4, {{1.0, std::nullopt, -1.0}, {1.0, 1.0, 1.0}});
+  const BlendChoice choice =
+      search_blend(model, 4, {{1.0, std::nullopt, -1.0}, {1.0, 1.0, 1.0, 1.0}});
   EXPECT_EQ(model.fragments[static_cast<std::size_t>(choice.fragment_j)].content, "circle");
 }
 

@@ -1,5 +1,6 @@
 #include "laban/transfer/style_search.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -22,7 +23,7 @@ constexpr SearchOptions kPapers = {.caution = 0.0, .stay = 0.0};
 TEST(SearchBlend, IsAsGoodAsADenseScanOfAllPairs) {
   const StyleModel& model = test::toy_model();
   for (const double asked : {-1.0, 0.0, 0.7, 1.5}) {
-    const EffortTarget target{{std::nullopt, asked, -0.3}, {1.0, 1.0, 1.0}};
+    const EffortTarget target{{std::nullopt, asked, -0.3}, {1.0, 1.0, 1.0, 1.0}};
     const BlendChoice choice = search_blend(model, 1, target, kPapers);
     double best = 1e9;
     const auto& neighbors = model.neighbors[1];
@@ -43,7 +44,7 @@ TEST(SearchBlend, IsAsGoodAsADenseScanOfAllPairs) {
 
 TEST(SearchBlend, PredictionIsTheRegressorsOwnAndDistanceIsItsError) {
   const StyleModel& model = test::toy_model();
-  const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 2.0, 1.0}};
+  const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 2.0, 1.0, 1.0}};
   const BlendChoice choice = search_blend(model, 8, target, kPapers);
   ASSERT_FALSE(choice.is_seed());
   const effort::EffortVector e = predict(model, choice.fragment_i, choice.fragment_j, choice.alpha);
@@ -56,10 +57,35 @@ TEST(SearchBlend, PredictionIsTheRegressorsOwnAndDistanceIsItsError) {
   }
 }
 
+TEST(SearchBlend, HitsSpaceWhereItIsLabelledAndRefusesItElsewhere) {
+  StyleCorpus corpus = test::toy_corpus();
+  const auto label = [](std::optional<effort::Effort>& effort) {
+    effort->space = std::clamp(2.0 * effort->time - effort->weight, -3.0, 3.0);
+  };
+  for (Fragment& fragment : corpus.fragments) label(fragment.effort);
+  for (CorpusBlend& blend : corpus.blends) label(blend.effort);
+  corpus.factor_count = effort::kMaxFactorCount;
+  const StyleModel model =
+      read_style_model(write_style_model(train_style_model(corpus)), "space.laban");
+  EXPECT_EQ(model.factors().size(), 4U);
+  EXPECT_EQ(model.fragments[2].effort->space, corpus.fragments[2].effort->space);
+  EffortTarget target;
+  for (const double asked : {-0.8, 0.2, 0.9}) {
+    target.factors = {std::nullopt, std::nullopt, std::nullopt, asked};
+    const BlendChoice choice = search_blend(model, 1, target, kPapers);
+    EXPECT_NEAR(choice.predicted.space, asked, 0.05);
+    ASSERT_EQ(choice.reachable.size(), 4U);
+    EXPECT_LE(choice.reachable[3].low, asked);
+    EXPECT_GE(choice.reachable[3].high, asked);
+  }
+  // The same table, its column Space not looked at.
+  EXPECT_THROW((void)search_blend(test::toy_model(), 1, target, kPapers), base::Error);
+}
+
 TEST(SearchBlend, WithCautionTheExpectedSquaredDistanceIsTheLeast) {
   const StyleModel& model = test::toy_model();
   for (const double asked : {-1.0, 0.0, 0.7, 1.5}) {
-    const EffortTarget target{{std::nullopt, asked, -0.3}, {1.0, 1.0, 1.0}};
+    const EffortTarget target{{std::nullopt, asked, -0.3}, {1.0, 1.0, 1.0, 1.0}};
     const auto expected = [&](const effort::EffortVector& e, double alpha) {
       const double alphas[] = {alpha};
       const effort::EffortVector error = model.regressor.typical_errors(alphas).col(0);
@@ -91,7 +117,7 @@ TEST(SearchBlend, FactorsLeftFreeStayNearWhatTheyWere) {
   double moved_freely = 0.0;
   for (int fragment = 0; fragment < 12; ++fragment) {
     const effort::Effort own = *model.fragments[static_cast<std::size_t>(fragment)].effort;
-    EffortTarget target{{std::nullopt, 0.8, std::nullopt}, {1.0, 1.0, 1.0}};
+    EffortTarget target{{std::nullopt, 0.8, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
     const auto others = [&](const BlendChoice& choice) {
       return std::abs(choice.predicted.flow - own.flow) +
              std::abs(choice.predicted.time - own.time);
@@ -106,12 +132,12 @@ TEST(SearchBlend, FactorsLeftFreeStayNearWhatTheyWere) {
 TEST(SearchBlend, ASeedsOwnLabelIsReachedExactly) {
   const StyleModel& model = test::toy_model();
   const effort::Effort label = *model.fragments[4].effort;
-  const EffortTarget target{{label.flow, label.weight, label.time}, {1.0, 1.0, 1.0}};
+  const EffortTarget target{{label.flow, label.weight, label.time}, {1.0, 1.0, 1.0, 1.0}};
   EXPECT_EQ(search_blend(model, 4, target).distance, 0.0);
 }
 
 TEST(SearchBlend, OneNeighbourLeavesTheFragmentItself) {
-  const EffortTarget target{{std::nullopt, 3.0, std::nullopt}, {1.0, 1.0, 1.0}};
+  const EffortTarget target{{std::nullopt, 3.0, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
   const BlendChoice choice = search_blend(test::toy_model(), 5, target, {.neighbors = 1});
   EXPECT_TRUE(choice.is_seed());
   EXPECT_EQ(choice.fragment_i, 5);
@@ -122,7 +148,7 @@ TEST(SearchBlend, FurtherFragmentsComeNearerWhereTwoMiss) {
   const StyleModel& model = test::toy_model();
   int better = 0;
   for (int fragment = 0; fragment < 12; ++fragment) {
-    const EffortTarget target{{-0.3 + 0.1 * fragment, 0.8, -0.4}, {1.0, 1.0, 1.0}};
+    const EffortTarget target{{-0.3 + 0.1 * fragment, 0.8, -0.4}, {1.0, 1.0, 1.0, 1.0}};
     const BlendChoice two = search_blend(model, fragment, target, kPapers);
     double previous = two.distance;
     for (const int way : {3, 4}) {
@@ -143,7 +169,7 @@ TEST(SearchBlend, FurtherFragmentsComeNearerWhereTwoMiss) {
 }
 
 TEST(SearchBlend, TwoWaysAreThePapersWhateverMoreCouldDo) {
-  const EffortTarget easy{{std::nullopt, 0.3, std::nullopt}, {1.0, 1.0, 1.0}};
+  const EffortTarget easy{{std::nullopt, 0.3, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
   const BlendChoice two = search_blend(test::toy_model(), 1, easy, kPapers);
   ASSERT_LT(two.distance, kMissedBy);
   const BlendChoice three = search_blend(test::toy_model(), 1, easy, {.way = 3, .caution = 0.0});
@@ -206,7 +232,7 @@ TEST(PlayChoice, EveryPartOfANestGoesByFromItsFirstFrameToItsLast) {
 
 TEST(StandardErrors, AreTheRegressorsOwnAndNoneOfAFragmentItself) {
   const StyleModel& model = test::toy_model();
-  const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 1.0, 1.0}};
+  const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
   const BlendChoice choices[] = {search_blend(model, 8, target, kPapers),
                                  search_blend(model, 8, target, {.neighbors = 1})};
   const auto errors = standard_errors(model, choices);
@@ -220,7 +246,7 @@ TEST(StandardErrors, AreTheRegressorsOwnAndNoneOfAFragmentItself) {
 TEST(SearchBlend, RefusesTargetsThatAskForNothingOrTooMuch) {
   EXPECT_THROW((void)search_blend(test::toy_model(), 0, {}), base::Error);
   EXPECT_THROW((void)search_blend(test::toy_model(), 0,
-                                  {{3.5, std::nullopt, std::nullopt}, {1.0, 1.0, 1.0}}),
+                                  {{3.5, std::nullopt, std::nullopt}, {1.0, 1.0, 1.0, 1.0}}),
                base::Error);
 }
 

@@ -26,7 +26,7 @@ motion::Capture input_capture() {
 
 AppliedStyle applied() {
   return apply_style(test::toy_model(), input_pose(),
-                     {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0}});
+                     {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0, 1.0}});
 }
 
 TEST(StyledClip, WithoutHeldFeetIsTheRetargetedMotionBitForBit) {
@@ -84,8 +84,8 @@ TEST(StyledClip, FingersPlayTheInputInItsNewTimeOverJoinsToo) {
                                                  test::toy_clip(true, 1.1, 0.95, 0.05)};
   const motion::PoseMatrix pose = motion::concatenate(parts);
   const motion::Capture input = input_with_finger(pose);
-  const AppliedStyle style =
-      apply_style(test::toy_model(), pose, {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0}});
+  const AppliedStyle style = apply_style(test::toy_model(), pose,
+                                         {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0, 1.0}});
   const StyledClip styled = play_style(test::toy_model(), style, input);
   ASSERT_FALSE(styled.joins.empty());
   const int finger = styled.clip.joint_count() - 1;

@@ -20,7 +20,7 @@ motion::PoseMatrix two_actions() {
 }
 
 EffortTarget strong() {
-  return {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0}};
+  return {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
 }
 
 /// The toy model in which every fragment has no neighbour but itself: any target chooses it.
@@ -78,7 +78,7 @@ TEST(ResidualDetail, TremblesNoMoreThanTheInput) {
   };
   motion::PoseMatrix input = test::toy_clip(false, 1.1, 0.7, 0.05);
   for (int f = 0; f < input.frame_count(); ++f) input.angles(9, f) += 0.02 * std::sin(1.3 * f);
-  const EffortTarget quick{{std::nullopt, std::nullopt, 1.2}, {1.0, 1.0, 1.0}};
+  const EffortTarget quick{{std::nullopt, std::nullopt, 1.2}, {1.0, 1.0, 1.0, 1.0}};
   const AppliedStyle applied =
       apply_style(test::toy_model(), input, quick, {.detail = Detail::kResidual});
   ASSERT_EQ(applied.snippets.size(), 1U);
@@ -112,7 +112,7 @@ TEST(Strength, ZeroGivesTheInputBackAndOneTheFullStyle) {
 
 TEST(Strength, HalfLiesBetweenInTimingAndPose) {
   const motion::PoseMatrix input = test::toy_clip(false, 0.7, 0.8, 0.0);
-  const EffortTarget target{{std::nullopt, 1.0, 1.0}, {1.0, 1.0, 1.0}};
+  const EffortTarget target{{std::nullopt, 1.0, 1.0}, {1.0, 1.0, 1.0, 1.0}};
   const auto applied = [&](double strength) {
     return apply_style(test::toy_model(), input, target, {.strength = strength});
   };
@@ -168,7 +168,7 @@ TEST(Restyle, OneSegmentationServesManyTargets) {
   const motion::PoseMatrix input = two_actions();
   const SegmentedInput segmented = segment_input(test::toy_model(), input);
   for (const double weight : {-1.0, 1.0}) {
-    const EffortTarget target{{std::nullopt, weight, std::nullopt}, {1.0, 1.0, 1.0}};
+    const EffortTarget target{{std::nullopt, weight, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
     const AppliedStyle again = restyle(test::toy_model(), segmented, {target, {}, std::nullopt});
     EXPECT_EQ(again.pose.angles, apply_style(test::toy_model(), input, target).pose.angles);
   }

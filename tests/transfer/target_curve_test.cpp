@@ -55,7 +55,7 @@ TEST(TargetCurve, FaultsAreToldByLine) {
   using ::testing::StartsWith;
   EXPECT_THAT(message_of(""), StartsWith("curve.csv:1: it is empty"));
   EXPECT_THAT(message_of("flow,time\n1,2\n"), StartsWith("curve.csv:1: the head has no column"));
-  EXPECT_THAT(message_of("seconds,space\n1,2\n"), StartsWith("curve.csv:1: column 'space'"));
+  EXPECT_THAT(message_of("seconds,grace\n1,2\n"), StartsWith("curve.csv:1: column 'grace'"));
   EXPECT_THAT(message_of("seconds,flow,flow\n1,2,2\n"), StartsWith("curve.csv:1: column 'flow'"));
   EXPECT_THAT(message_of("seconds,flow\n0,1\n1,2,3\n"),
               StartsWith("curve.csv:3: 3 cells (the head has 2)"));
@@ -73,7 +73,7 @@ TEST(TargetCurve, FaultsAreToldByLine) {
 }
 
 TEST(AskedEffort, RelativeValuesAreAddedAndClampedToTheScale) {
-  AskedEffort asked{{{1.0, -1.5, 0.5}, {1.0, 1.0, 1.0}}, {true, true, false}, std::nullopt};
+  AskedEffort asked{{{1.0, -1.5, 0.5}, {1.0, 1.0, 1.0, 1.0}}, {true, true, false}, std::nullopt};
   const EffortTarget target = asked.of_snippet(0.0, 10, 60.0, {0.25, -2.0, 2.0});
   EXPECT_EQ(*target.factors[0], 1.25);
   EXPECT_EQ(*target.factors[1], -3.0);
@@ -85,7 +85,7 @@ TEST(AskedEffort, SaysWhichRuleIsBroken) {
   using ::testing::HasSubstr;
   using ::testing::IsEmpty;
   EXPECT_THAT(AskedEffort{}.problems(), ElementsAre(HasSubstr("no target given")));
-  AskedEffort asked{{{4.0, {}, {}}, {1.0, 1.0, 1.0}}, {true, false, false}, std::nullopt};
+  AskedEffort asked{{{4.0, {}, {}}, {1.0, 1.0, 1.0, 1.0}}, {true, false, false}, std::nullopt};
   EXPECT_THAT(asked.problems(), IsEmpty());
   asked.relative[0] = false;
   EXPECT_THAT(asked.problems(), ElementsAre(HasSubstr("flow = 4")));

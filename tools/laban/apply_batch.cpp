@@ -24,10 +24,11 @@ using base::Error;
 using base::ErrorKind;
 
 /// Figures of an output, in the order of the table: means over its snippets, by their frames.
-constexpr std::array kFigures = {"snippets",       "asked_flow",         "asked_weight",
-                                 "asked_time",     "predicted_flow",     "predicted_weight",
-                                 "predicted_time", "measured_flow",      "measured_weight",
-                                 "measured_time",  "skate_cm_per_frame", "seconds"};
+constexpr std::array kFigures = {"snippets",           "asked_flow",     "asked_weight",
+                                 "asked_time",         "predicted_flow", "predicted_weight",
+                                 "predicted_time",     "measured_flow",  "measured_weight",
+                                 "measured_time",      "asked_space",    "predicted_space",
+                                 "skate_cm_per_frame", "seconds"};
 
 /// A row of the table of results.
 struct Row {
@@ -267,9 +268,9 @@ class Batch {
     }
   }
 
-  [[nodiscard]] static std::vector<std::string> figures_of(const StyledFile& file) {
-    std::array<double, 9> sums = {};
-    std::array<double, 9> frames = {};
+  [[nodiscard]] std::vector<std::string> figures_of(const StyledFile& file) const {
+    std::array<double, 11> sums = {};
+    std::array<double, 11> frames = {};
     const auto add = [&](std::size_t cell, double value, double weight) {
       sums[cell] += weight * value;
       frames[cell] += weight;
@@ -282,6 +283,10 @@ class Batch {
         if (!snippet.kept) add(3 + f, snippet.choice.predicted[factor], weight);
         add(6 + f, snippet.measured.effort[factor], weight);
       }
+      constexpr auto kSpace = static_cast<std::size_t>(effort::Factor::kSpace);
+      if (snippet.kept || kSpace >= styling_->model.factors().size()) continue;
+      if (snippet.asked.factors[kSpace]) add(9, *snippet.asked.factors[kSpace], weight);
+      add(10, snippet.choice.predicted.space, weight);
     }
     std::vector<std::string> figures = {std::to_string(file.applied.snippets.size())};
     for (std::size_t cell = 0; cell < sums.size(); ++cell) {

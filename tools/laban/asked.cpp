@@ -16,7 +16,7 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-/// Reads the value of --flow, --weight or --time: a number, with '+' before it a change.
+/// Reads the value of --flow, --weight, --time or --space: a number, with '+' before it a change.
 /// @returns true if it is a change.
 bool read_factor(effort::Factor factor, const std::string& text, bool relative,
                  transfer::EffortTarget& target) {
@@ -47,11 +47,12 @@ void add_asked_options(CLI::App* verb, AskedOptions& options) {
   const std::string relative =
       "; with a '+' a change of what the input measures: +1 more, +-1 less";
   const std::string poles[] = {"-3 Free .. +3 Bound; left out: free to vary" + relative,
-                               "-3 Light .. +3 Strong", "-3 Sustained .. +3 Sudden"};
-  CLI::Option* curve = verb->add_option(
-      "--effort-curve", options.curve,
-      "instead: a CSV file seconds,flow,weight,time; each snippet takes its mean over its frames");
-  for (const effort::Factor factor : effort::kFactors) {
+                               "-3 Light .. +3 Strong", "-3 Sustained .. +3 Sudden",
+                               "-3 Indirect .. +3 Direct; of a model trained on labels of Space"};
+  CLI::Option* curve = verb->add_option("--effort-curve", options.curve,
+                                        "instead: a CSV file seconds,flow,weight,time,space; each "
+                                        "snippet takes its mean over its frames");
+  for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     verb->add_option("--" + std::string(effort::name_of(factor)), options.factors[f], poles[f])
         ->type_name("EFFORT")
@@ -63,17 +64,17 @@ void add_asked_options(CLI::App* verb, AskedOptions& options) {
                  "all that is asked for is a change of what the input measures")
       ->group(group);
   verb->add_option("--weights", options.weights,
-                   "importance of flow, weight and time in the search (default 1,1,1)")
+                   "importance of flow, weight, time and space in the search (default 1,1,1,1)")
       ->delimiter(',')
-      ->expected(3)
+      ->expected(3, 4)
       ->check(CLI::PositiveNumber)
-      ->type_name("F,W,T")
+      ->type_name("F,W,T[,S]")
       ->group(group);
 }
 
 transfer::AskedEffort read_asked(const AskedOptions& options, std::vector<InputRecord>& inputs) {
   transfer::AskedEffort asked;
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     asked.relative[f] = options.relative;
     if (options.factors[f].empty()) continue;
@@ -97,9 +98,10 @@ std::string to_text(const AskedOptions& options, const transfer::AskedEffort& as
     return (options.relative ? "the changes of " : "the Effort of ") + options.curve;
   }
   std::string text;
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     const auto& value = asked.target.factors[f];
+    if (!value && factor == effort::Factor::kSpace) continue;
     text += fmt::format("{}{} {}", text.empty() ? "" : "  ", effort::name_of(factor),
                         value ? fmt::format("{:+.2f}", *value) : "free");
     if (value && asked.relative[f]) text += " from the input's";
@@ -109,7 +111,7 @@ std::string to_text(const AskedOptions& options, const transfer::AskedEffort& as
 
 Json to_json(const AskedOptions& options, const transfer::AskedEffort& asked) {
   Json json = {{"target", to_json(asked.target)}};
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     json["relative"][std::string(effort::name_of(factor))] = asked.relative[f];
   }

@@ -12,13 +12,13 @@ namespace laban::cli {
 
 /// What is asked for, as it stands on the command line.
 struct AskedOptions {
-  std::array<std::string, effort::kFactorCount> factors;  ///< "-2", "+1", "+-1"; empty: free
+  std::array<std::string, effort::kMaxFactorCount> factors;  ///< "-2", "+1", "+-1"; empty: free
   bool relative = false;
-  std::vector<double> weights;  ///< none or three
+  std::vector<double> weights;  ///< none, three or four
   std::string curve;            ///< CSV file; empty: none
 };
 
-/// Adds --flow, --weight, --time, --relative, --weights, --effort-curve.
+/// Adds --flow, --weight, --time, --space, --relative, --weights, --effort-curve.
 void add_asked_options(CLI::App* verb, AskedOptions& options);
 
 /// What is asked for. The curve's file is read, and recorded among `inputs`.

@@ -65,9 +65,9 @@ struct PairCurve {
   std::string title;
   std::string name_i;
   std::string name_j;
-  Eigen::Matrix3Xd mean;
+  effort::EffortMatrix mean;
   /// NaN where the regressor tells none.
-  Eigen::Matrix3Xd error;
+  effort::EffortMatrix error;
 };
 
 /// "kick: p01 to p05" of phrase_kick_p01 and phrase_kick_p05: panels are narrow, and what the names
@@ -91,13 +91,13 @@ PairCurve curve_of(const transfer::StyleModel& model, const FragmentPair& pair,
   curve.name_i = i.name;
   curve.name_j = j.name;
   curve.mean = transfer::effort_curve(model, pair.i, pair.j, alphas);
-  curve.error.setConstant(3, curve.mean.cols(), std::nan(""));
+  curve.error.setConstant(curve.mean.rows(), curve.mean.cols(), std::nan(""));
   if (const auto told = transfer::effort_curve_with_error(model, pair.i, pair.j, alphas))
     curve.error = told->standard_error;
   return curve;
 }
 
-std::vector<double> row_of(const Eigen::Matrix3Xd& values, effort::Factor factor) {
+std::vector<double> row_of(const effort::EffortMatrix& values, effort::Factor factor) {
   const Eigen::VectorXd row = values.row(effort::index_of(factor));
   return {row.begin(), row.end()};
 }
@@ -108,7 +108,7 @@ draw::ChartPanel make_panel(const PairCurve& pair, const std::vector<double>& al
   panel.x = {"alpha", -0.5, 1.5};
   panel.y = {"Effort", effort::kEffortMin, effort::kEffortMax};
   panel.spans.push_back({blend::kMinAlpha, blend::kMaxAlpha, ""});
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : effort::factors_of(pair.mean.rows())) {
     draw::Curve curve;
     curve.name = std::string(effort::name_of(factor));
     curve.x = alphas;
@@ -122,20 +122,29 @@ draw::ChartPanel make_panel(const PairCurve& pair, const std::vector<double>& al
 
 Json to_json(const PairCurve& pair) {
   Json json = {{"fragment_i", pair.name_i}, {"fragment_j", pair.name_j}};
-  for (const effort::Factor factor : effort::kFactors)
+  for (const effort::Factor factor : effort::factors_of(pair.mean.rows()))
     json[std::string(effort::name_of(factor))] = row_of(pair.mean, factor);
   if (!pair.error.hasNaN()) {
-    for (const effort::Factor factor : effort::kFactors)
+    for (const effort::Factor factor : effort::factors_of(pair.mean.rows()))
       json[std::string(effort::name_of(factor)) + "_error"] = row_of(pair.error, factor);
   }
   return json;
+}
+
+std::string csv_head(const transfer::StyleModel& model) {
+  std::vector<std::string> names = {"fragment_i", "fragment_j", "alpha"};
+  for (const char* const ending : {"", "_error"}) {
+    for (const effort::Factor factor : model.factors())
+      names.push_back(std::string(effort::name_of(factor)) + ending);
+  }
+  return base::format_csv_row(names);
 }
 
 std::string csv_rows(const PairCurve& pair, const std::vector<double>& alphas) {
   std::string text;
   for (std::size_t n = 0; n < alphas.size(); ++n) {
     std::vector<std::string> row = {pair.name_i, pair.name_j, base::format_number(alphas[n])};
-    for (const Eigen::Matrix3Xd* values : {&pair.mean, &pair.error}) {
+    for (const effort::EffortMatrix* values : {&pair.mean, &pair.error}) {
       for (const double value : values->col(static_cast<Eigen::Index>(n)))
         row.push_back(std::isfinite(value) ? base::format_number(value) : "");
     }
@@ -161,8 +170,7 @@ void run(const CurveVerb& verb) {
   const std::vector<double> alphas = alpha_axis();
   draw::LineChart chart;
   bool has_bands = false;
-  std::string text = base::format_csv_row({"fragment_i", "fragment_j", "alpha", "flow", "weight",
-                                           "time", "flow_error", "weight_error", "time_error"});
+  std::string text = csv_head(model);
   Json json = {{"schema", "laban.curve/1"}, {"alpha", alphas}, {"pairs", Json::array()}};
   for (const FragmentPair& pair : pairs_of(verb, model)) {
     const PairCurve curve = curve_of(model, pair, alphas);

@@ -50,7 +50,7 @@ using ClipCache = std::map<std::string, CapturedClip>;
 
 std::optional<effort::Effort> effort_of(const effort::LabelRow& row) {
   if (!row.is_rated()) return std::nullopt;
-  return effort::Effort{*row.flow, *row.weight, *row.time};
+  return effort::Effort{*row.flow, *row.weight, *row.time, row.space.value_or(0.0)};
 }
 
 transfer::Fragment make_fragment(const effort::LabelRow& row, const CapturedClip& clip,
@@ -121,6 +121,24 @@ int add_observations(const effort::LabelTable& labels, const IndexOf& index, Lab
     }
   }
   return parts;
+}
+
+/// Space is learnt where every label that counts gives it: some are too few to learn it from.
+int factors_of(const effort::LabelTable& labels, const std::string& path, const Common& common) {
+  int rated = 0;
+  int with_space = 0;
+  for (const effort::LabelRow& row : labels.rows) {
+    if (!row.is_rated()) continue;
+    ++rated;
+    if (row.space) ++with_space;
+  }
+  if (rated > 0 && with_space == rated) return effort::kMaxFactorCount;
+  if (with_space > 0) {
+    warn(common, fmt::format("{}: Space is left out, {} of {} labels have none; fill them in to "
+                             "learn it",
+                             path, rated - with_space, rated));
+  }
+  return effort::kFactorCount;
 }
 
 }  // namespace
@@ -405,6 +423,8 @@ LabelledCorpus read_corpus(const std::string& table_path, const ReadCorpusOption
                              "flow, weight and time",
                              table_path, parts));
   }
+  read.corpus.factor_count = factors_of(
+      options.each_rater ? effort::mean_over_repeats(labels) : read.table, table_path, common);
   naming(table_path, [&] { read.corpus.check(); });
   return read;
 }

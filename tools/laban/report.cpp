@@ -13,16 +13,16 @@ Json number(double value) {
 
 }  // namespace
 
-Json to_json(const effort::Effort& effort) {
+Json to_json(const effort::Effort& effort, std::span<const effort::Factor> factors) {
   Json json;
-  for (const effort::Factor factor : effort::kFactors)
+  for (const effort::Factor factor : factors)
     json[std::string(effort::name_of(factor))] = number(effort[factor]);
   return json;
 }
 
-Json to_json(const transfer::EffortTarget& target) {
+Json to_json(const transfer::EffortTarget& target, std::span<const effort::Factor> factors) {
   Json json;
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : factors) {
     const auto& asked = target.factors[static_cast<std::size_t>(effort::index_of(factor))];
     json[std::string(effort::name_of(factor))] = asked ? Json(*asked) : Json();
   }
@@ -44,7 +44,7 @@ Json to_json(const transfer::AppliedSnippet& snippet,
                {"match_cost", snippet.match_cost},
                {"match_threshold", number(snippet.match_threshold)},
                {"kept_as_captured", snippet.kept},
-               {"asked", to_json(snippet.asked)}};
+               {"asked", to_json(snippet.asked, model.factors())}};
   if (!snippet.kept) {
     const transfer::BlendChoice& choice = snippet.choice;
     json["fragment_i"] = name(choice.fragment_i);
@@ -52,9 +52,10 @@ Json to_json(const transfer::AppliedSnippet& snippet,
     json["alpha"] = choice.alpha;
     for (const transfer::BlendShare& share : choice.shares())
       json["fragments"].push_back({{"fragment", name(share.fragment)}, {"weight", share.weight}});
-    json["predicted"] = to_json(choice.predicted);
-    json["predicted_standard_error"] = standard_error ? to_json(*standard_error) : Json();
-    for (const effort::Factor factor : effort::kFactors) {
+    json["predicted"] = to_json(choice.predicted, model.factors());
+    json["predicted_standard_error"] =
+        standard_error ? to_json(*standard_error, model.factors()) : Json();
+    for (const effort::Factor factor : model.factors()) {
       const auto& range = choice.reachable[static_cast<std::size_t>(effort::index_of(factor))];
       json["reachable"][std::string(effort::name_of(factor))] = {range.low, range.high};
     }
@@ -82,7 +83,7 @@ std::string to_text(const transfer::AppliedSnippet& snippet,
                   snippet.kept ? "-" : snippet.content, blend);
   text += fmt::format("  {:<8}{:>8}  {:<16}{:<18}{:>8}{:>8}\n", "", "asked", "predicted",
                       "reachable", "measured", "input");
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : model.factors()) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     const auto& asked = snippet.asked.factors[f];
     std::string predicted;
@@ -93,9 +94,12 @@ std::string to_text(const transfer::AppliedSnippet& snippet,
       if (standard_error) predicted += fmt::format(" +- {:.2f}", (*standard_error)[factor]);
       reachable = fmt::format("{:+.2f} .. {:+.2f}", range.low, range.high);
     }
-    text += fmt::format("  {:<8}{:>8}  {:<16}{:<18}{:>+8.2f}{:>+8.2f}\n", effort::name_of(factor),
+    const auto measured = [&](const effort::Observation& seen) {
+      return factor == effort::Factor::kSpace ? "-" : fmt::format("{:+.2f}", seen.effort[factor]);
+    };
+    text += fmt::format("  {:<8}{:>8}  {:<16}{:<18}{:>8}{:>8}\n", effort::name_of(factor),
                         asked ? fmt::format("{:+.2f}", *asked) : "free", predicted, reachable,
-                        snippet.measured.effort[factor], snippet.before.effort[factor]);
+                        measured(snippet.measured), measured(snippet.before));
   }
   return text;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "laban/effort/effort.h"
@@ -11,10 +12,12 @@
 
 namespace laban::cli {
 
-/// {"flow": .., "weight": .., "time": ..}
-[[nodiscard]] Json to_json(const effort::Effort& effort);
+/// {"flow": .., "weight": .., "time": ..}, and "space" where it is among the factors.
+[[nodiscard]] Json to_json(const effort::Effort& effort,
+                           std::span<const effort::Factor> factors = effort::kFactors);
 /// Factors asked for; null where one is left free.
-[[nodiscard]] Json to_json(const transfer::EffortTarget& target);
+[[nodiscard]] Json to_json(const transfer::EffortTarget& target,
+                           std::span<const effort::Factor> factors = effort::kFactorsWithSpace);
 /// One snippet of an applied style: frames, content, fragments, asked, predicted (with its standard
 /// error, where there is one), reachable, measured before and after.
 [[nodiscard]] Json to_json(const transfer::AppliedSnippet& snippet,

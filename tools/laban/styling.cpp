@@ -25,7 +25,7 @@ double beyond(double asked, const transfer::FactorRange& range) {
 std::vector<std::string> unreachable(const Styling& styling, const StyledFile& file,
                                      const std::string& path) {
   std::vector<std::string> lines;
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : styling.model.factors()) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     const transfer::AppliedSnippet* worst = nullptr;
     double farthest = kFarBeyond;

@@ -84,14 +84,16 @@ std::vector<transfer::CorpusBlend> pool_of(const SuggestVerb& verb, const Labell
 Eigen::MatrixXd features_of(const LabelledCorpus& read,
                             const std::vector<transfer::CorpusBlend>& blends,
                             const std::vector<Eigen::VectorXd>& coordinates) {
-  Eigen::MatrixXd z(effort::feature_count(static_cast<int>(coordinates.front().size())),
+  const int factors = read.corpus.factor_count;
+  Eigen::MatrixXd z(effort::feature_count(static_cast<int>(coordinates.front().size()), factors),
                     static_cast<Eigen::Index>(blends.size()));
   for (std::size_t n = 0; n < blends.size(); ++n) {
     const auto i = static_cast<std::size_t>(blends[n].fragment_i);
     const auto j = static_cast<std::size_t>(blends[n].fragment_j);
     z.col(static_cast<Eigen::Index>(n)) = effort::style_features(
-        coordinates[i], coordinates[j], effort::to_vector(*read.corpus.fragments[i].effort),
-        effort::to_vector(*read.corpus.fragments[j].effort), blends[n].alpha);
+        coordinates[i], coordinates[j],
+        effort::to_vector(*read.corpus.fragments[i].effort, factors),
+        effort::to_vector(*read.corpus.fragments[j].effort, factors), blends[n].alpha);
   }
   return z;
 }
@@ -107,9 +109,9 @@ std::vector<Choice> choose(const SuggestVerb& verb, const LabelledCorpus& read) 
   const auto coordinates = transfer::content_coordinates(
       read.corpus.fragments, transfer::fit_corpus_content_map(read.corpus.fragments, content));
   std::vector<Choice> choices;
-  for (const effort::Suggestion& suggestion :
-       effort::suggest_blends(features_of(read, labelled, coordinates),
-                              features_of(read, pool, coordinates), {.count = verb.count})) {
+  for (const effort::Suggestion& suggestion : effort::suggest_blends(
+           features_of(read, labelled, coordinates), features_of(read, pool, coordinates),
+           {.count = verb.count, .factor_count = read.corpus.factor_count})) {
     choices.push_back(
         {pool[static_cast<std::size_t>(suggestion.column)], suggestion.expected_drop});
   }

@@ -90,7 +90,7 @@ void print(const TrainVerb& verb, const transfer::StyleModel& model, const Label
                  {"contents", model.contents.names},
                  {"frame_rate_hz", model.frame_rate_hz()},
                  {"regressor", effort::name_of(model.regressor.kind())}};
-    for (const effort::Factor factor : effort::kFactors) {
+    for (const effort::Factor factor : model.factors()) {
       const auto& fit = fits[static_cast<std::size_t>(effort::index_of(factor))];
       json["factors"][std::string(effort::name_of(factor))] = {
           {"held_out_squared_error", fit.held_out_squared_error},
@@ -112,7 +112,7 @@ void print(const TrainVerb& verb, const transfer::StyleModel& model, const Label
   }
   fmt::print("regressor {}; squared error in {}-fold cross-validation:",
              effort::name_of(model.regressor.kind()), verb.folds);
-  for (const effort::Factor factor : effort::kFactors) {
+  for (const effort::Factor factor : model.factors()) {
     fmt::print(" {} {:.3f}", effort::name_of(factor),
                fits[static_cast<std::size_t>(effort::index_of(factor))].held_out_squared_error);
   }

@@ -26,7 +26,8 @@ inline constexpr std::array<std::array<double, 4>, kFactorCount> kPaperMeanSquar
     {1.01, 1.01, 0.60, 0.61},
 }};
 
-/// The paper's figure for a factor and model; nullopt for the fifth, which it has not.
+/// The paper's figure for a factor and model; nullopt for Space and for the fifth, which it has
+/// not.
 [[nodiscard]] std::optional<double> paper_mean_squared_error(Factor factor, RegressorKind kind);
 
 /// How blends are held out of training, to be tested on.
@@ -163,7 +164,7 @@ struct TestedBlends {
   std::vector<int> first;    ///< groups of their parents
   std::vector<int> second;
   /// Per factor, blends x models: the squared error, mean over the runs that held the blend out.
-  std::array<Eigen::MatrixXd, kFactorCount> squared_errors;
+  std::vector<Eigen::MatrixXd> squared_errors;
 };
 
 struct EvaluationReport {
@@ -171,13 +172,13 @@ struct EvaluationReport {
   int runs = 0;
   int train = 0;  ///< blends (of given splits and when leaving one out: columns of the first run)
   int test = 0;
-  double test_to_train = 0.0;  ///< columns tested over columns trained on, mean over runs
-  std::array<FactorReport, kFactorCount> factors;
+  double test_to_train = 0.0;         ///< columns tested over columns trained on, mean over runs
+  std::vector<FactorReport> factors;  ///< those of the labels, in order
   std::vector<EvaluationRun> run_list;
   std::vector<SkippedRun> skipped;  ///< leaving one out only
   /// Per factor, a runs x models matrix of test errors, columns as in FactorReport::models, for
   /// plots and other comparisons.
-  std::array<Eigen::MatrixXd, kFactorCount> run_errors;
+  std::vector<Eigen::MatrixXd> run_errors;
   /// What means and intervals are of when one group is left out; nullopt for other protocols, in
   /// which they are over runs.
   std::optional<TestedBlends> blends;

@@ -37,29 +37,32 @@ inline constexpr std::array<RegressorKind, kRegressorCount> kRegressors = {
 /// The regressor of that name; nullopt if there is none.
 [[nodiscard]] std::optional<RegressorKind> regressor_named(std::string_view name);
 
-/// Rows of z = [c_i, c_j, e_i, e_j, alpha] for content coordinates of `components` values.
-[[nodiscard]] constexpr int feature_count(int components) noexcept {
-  return 2 * components + 2 * kFactorCount + 1;
+/// Rows of z = [c_i, c_j, e_i, e_j, alpha] for content coordinates of `components` values and
+/// labels of `factors`.
+[[nodiscard]] constexpr int feature_count(int components, int factors = kFactorCount) noexcept {
+  return 2 * components + 2 * factors + 1;
 }
 
 /// z of one blend: alpha = 0 is fragment i, alpha = 1 fragment j.
-/// @throws Error{kData} unless c_i and c_j have one size.
+/// @throws Error{kData} unless c_i and c_j have one size, and e_i and e_j.
 [[nodiscard]] Eigen::VectorXd style_features(const Eigen::Ref<const Eigen::VectorXd>& c_i,
                                              const Eigen::Ref<const Eigen::VectorXd>& c_j,
                                              const EffortVector& e_i, const EffortVector& e_j,
                                              double alpha);
 
 /// The same blends told from the other end: [c_j, c_i, e_j, e_i, 1 - alpha].
-/// @param z  D x N, D = feature_count(components). @throws Error{kData} for another D.
-[[nodiscard]] Eigen::MatrixXd swap_order(const Eigen::Ref<const Eigen::MatrixXd>& z);
+/// @param z  D x N, D = feature_count(components, factors). @throws Error{kData} for another D.
+[[nodiscard]] Eigen::MatrixXd swap_order(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                         int factors = kFactorCount);
 
-/// 3 x N: (1 - alpha) e_i + alpha e_j of each column of z (METHODS 1.3, model 1).
-[[nodiscard]] Eigen::Matrix3Xd linear_interpolation(const Eigen::Ref<const Eigen::MatrixXd>& z);
+/// `factors` x N: (1 - alpha) e_i + alpha e_j of each column of z (METHODS 1.3, model 1).
+[[nodiscard]] EffortMatrix linear_interpolation(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                                int factors = kFactorCount);
 
 /// Labelled blends: what regressors learn from and are tested on.
 struct StyleSamples {
   Eigen::MatrixXd features;  ///< D x N columns z
-  Eigen::Matrix3Xd labels;   ///< 3 x N, (flow, weight, time)
+  EffortMatrix labels;       ///< F x N, (flow, weight, time) or those and space
   /// One label a column: columns of one group (one blend judged by several observers) stay together
   /// in every fold and split. Empty: each column by itself.
   std::vector<int> groups;
@@ -69,9 +72,11 @@ struct StyleSamples {
   Eigen::VectorXd weights;
 
   [[nodiscard]] int count() const noexcept { return static_cast<int>(features.cols()); }
+  /// F: kFactorCount or kMaxFactorCount.
+  [[nodiscard]] int factor_count() const noexcept { return static_cast<int>(labels.rows()); }
   /// The chosen columns, in that order.
   [[nodiscard]] StyleSamples subset(std::span<const int> columns) const;
-  /// @throws Error{kData} unless sizes agree, D is a feature_count, all values are finite and
+  /// @throws Error{kData} unless sizes agree, D is a feature_count of F, all values are finite and
   ///         weights > 0.
   void check() const;
 };
@@ -130,8 +135,8 @@ struct FactorFit {
 /// Prediction with its standard error: about 68 % of labels that were not seen in training lie in
 /// mean +- standard_error.
 struct StylePrediction {
-  Eigen::Matrix3Xd mean;
-  Eigen::Matrix3Xd standard_error;
+  EffortMatrix mean;
+  EffortMatrix standard_error;
 };
 
 /// How far labels lie from predictions: for a factor f the standard error is unit_f times
@@ -146,8 +151,8 @@ struct ErrorSpread {
   Eigen::MatrixXd centers;  ///< D x 2 N scaled training features, then told from the other end
   double width = 1.0;       ///< of the Gaussian
   double bulge_mean_square = 1.0;
-  Eigen::Vector3d bulge_share = Eigen::Vector3d::Zero();  ///< in [0, 1]
-  Eigen::Vector3d unit = Eigen::Vector3d::Zero();
+  EffortVector bulge_share;  ///< in [0, 1]
+  EffortVector unit;
 };
 
 /// Scratch memory of predictions; give the same one to every call to spare allocations.
@@ -157,8 +162,8 @@ struct StyleScratch {
   Eigen::MatrixXd kernel;
 };
 
-/// What a StyleRegressor is made of; C centers (0 if no factor uses a kernel), D features. The form
-/// of every kind, for a factor f with s(z) the standardized features:
+/// What a StyleRegressor is made of; C centers (0 if no factor uses a kernel), D features, F
+/// factors. The form of every kind, for a factor f with s(z) the standardized features:
 ///   interpolation_f * linear interpolation + offset_f + weights_f' s(z)
 ///     + sum_n coefficients_fn exp(-|s(z) - center_n|^2 / (2 width_f^2))
 ///     + b(alpha) (bulge_offset_f + sum_n bulge_fn exp(-|s(z) - center_n|^2 / (2 width_f^2))),
@@ -168,16 +173,16 @@ struct StyleRegressorState {
   /// Then center n and center n + C / 2 are one training blend told from its two ends.
   bool symmetric = false;
   learn::Standardizer scale;
-  Eigen::Vector3d interpolation = Eigen::Vector3d::Zero();  ///< 0 or 1
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
-  Eigen::Matrix3Xd weights;       ///< 3 x D
-  Eigen::MatrixXd centers;        ///< D x C, standardized training features
-  Eigen::Matrix3Xd coefficients;  ///< 3 x C
-  Eigen::Vector3d bulge_offset = Eigen::Vector3d::Zero();
-  Eigen::Matrix3Xd bulge;  ///< 3 x C
+  EffortVector interpolation;  ///< F values, 0 or 1
+  EffortVector offset;         ///< F
+  EffortMatrix weights;        ///< F x D
+  Eigen::MatrixXd centers;     ///< D x C, standardized training features
+  EffortMatrix coefficients;   ///< F x C
+  EffortVector bulge_offset;   ///< F
+  EffortMatrix bulge;          ///< F x C
   /// Labels lie in [-3, 3], so does what is expected of them.
   bool bounded = false;
-  std::array<FactorFit, kFactorCount> fits;
+  std::vector<FactorFit> fits;  ///< F
   /// nullopt: of a model file older than it; then the held-out error of the fit stands for it.
   std::optional<ErrorSpread> spread;
 };
@@ -196,18 +201,21 @@ class StyleRegressor {
   }
   /// Predictions do not depend on the order of i and j.
   [[nodiscard]] bool symmetric() const noexcept { return state_.symmetric; }
-  [[nodiscard]] const std::array<FactorFit, kFactorCount>& fits() const noexcept {
-    return state_.fits;
+  /// 3, or 4 where Space was labelled.
+  [[nodiscard]] int factor_count() const noexcept { return static_cast<int>(state_.offset.size()); }
+  [[nodiscard]] std::span<const Factor> factors() const noexcept {
+    return factors_of(factor_count());
   }
+  [[nodiscard]] const std::vector<FactorFit>& fits() const noexcept { return state_.fits; }
   [[nodiscard]] const StyleRegressorState& state() const noexcept { return state_; }
 
-  /// 3 x N predictions; those of the paper's models are not cut to [-3, 3].
+  /// F x N predictions; those of the paper's models are not cut to [-3, 3].
   /// @param z  D x N. @throws Error{kData} unless D = feature_rows().
-  /// Time about N * C * (3 exponentials + D multiplications); C is the number of training samples,
+  /// Time about N * C * (F exponentials + D multiplications); C is the number of training samples,
   /// twice that if symmetric.
-  [[nodiscard]] Eigen::Matrix3Xd predict(const Eigen::Ref<const Eigen::MatrixXd>& z) const;
-  [[nodiscard]] Eigen::Matrix3Xd predict(const Eigen::Ref<const Eigen::MatrixXd>& z,
-                                         StyleScratch& scratch) const;
+  [[nodiscard]] EffortMatrix predict(const Eigen::Ref<const Eigen::MatrixXd>& z) const;
+  [[nodiscard]] EffortMatrix predict(const Eigen::Ref<const Eigen::MatrixXd>& z,
+                                     StyleScratch& scratch) const;
 
   /// Every pair at every alpha: column p * M + m of the result is pair p at alphas[m].
   ///
@@ -216,9 +224,9 @@ class StyleRegressor {
   /// product.
   /// @param pairs   (D - 1) x P: z without its last row.
   /// @throws Error{kData} unless pairs has feature_rows() - 1 rows.
-  [[nodiscard]] Eigen::Matrix3Xd predict_curves(const Eigen::Ref<const Eigen::MatrixXd>& pairs,
-                                                std::span<const double> alphas,
-                                                StyleScratch& scratch) const;
+  [[nodiscard]] EffortMatrix predict_curves(const Eigen::Ref<const Eigen::MatrixXd>& pairs,
+                                            std::span<const double> alphas,
+                                            StyleScratch& scratch) const;
 
   /// The same with the standard error of each, for every kind; for a model file from before it was
   /// stored the root of the held-out squared error. Never nullopt (it was for some kinds).
@@ -226,9 +234,9 @@ class StyleRegressor {
   [[nodiscard]] std::optional<StylePrediction> predict_with_error(
       const Eigen::Ref<const Eigen::MatrixXd>& z) const;
 
-  /// 3 x alphas.size() standard errors as they are of blends like those learnt from, whatever the
+  /// F x alphas.size() standard errors as they are of blends like those learnt from, whatever the
   /// pair: a search asks for very many. The held-out error for models from before there were any.
-  [[nodiscard]] Eigen::Matrix3Xd typical_errors(std::span<const double> alphas) const;
+  [[nodiscard]] EffortMatrix typical_errors(std::span<const double> alphas) const;
 
   /// Adds this model's arrays to a model file, each name beginning with `prefix` + ".".
   void save(base::Container& container, const std::string& prefix) const;

@@ -5,6 +5,8 @@
 
 #include <Eigen/Dense>
 
+#include "laban/effort/effort.h"
+
 namespace laban::effort {
 
 struct SuggestionOptions {
@@ -16,6 +18,8 @@ struct SuggestionOptions {
   /// of its neighbours, so that the choice goes where what is to be learnt is large, not only where
   /// nothing is labelled yet.
   double noise_ratio = 10.0;
+  /// Factors of the labels in z: 3, or 4 with Space.
+  int factor_count = kFactorCount;
 
   /// Broken rules, each naming field, value and rule; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;

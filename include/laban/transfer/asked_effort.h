@@ -16,7 +16,7 @@ struct AskedEffort {
   /// The same for every snippet; its weights count with a curve too.
   EffortTarget target;
   /// Factors whose value is a change of what the observer measures in the input's snippet.
-  std::array<bool, effort::kFactorCount> relative = {};
+  std::array<bool, effort::kMaxFactorCount> relative = {};
   /// Instead of the target's factors; each relative or not, as above.
   std::optional<TargetCurve> curve;
 
@@ -24,7 +24,8 @@ struct AskedEffort {
   /// the sum clamped to [-3, 3]. Nothing may be asked (a curve can be free there).
   [[nodiscard]] EffortTarget of_snippet(double begin_s, int frames, double frame_rate_hz,
                                         const effort::Effort& before) const;
-  /// Broken rules: as EffortTarget's (a relative value may lie in [-6, 6]); factors beside a curve.
+  /// Broken rules: as EffortTarget's (a relative value may lie in [-6, 6]); factors beside a
+  /// curve; a change of Space, which is not measured.
   [[nodiscard]] std::vector<std::string> problems() const;
 };
 

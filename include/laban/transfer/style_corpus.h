@@ -41,6 +41,8 @@ struct CorpusBlend {
 struct StyleCorpus {
   std::vector<Fragment> fragments;
   std::vector<CorpusBlend> blends;
+  /// Factors that every label gives: flow, weight, time, or those and space.
+  int factor_count = effort::kFactorCount;
 
   /// @throws Error{kData} naming the first fragment or blend that breaks a rule: no fragments,
   ///         different frame rates, parents out of range or of different content, alpha or weight
@@ -108,8 +110,8 @@ struct DrawBlendsOptions {
     const effort::ContentMapOptions& options = {});
 
 /// The rows that regressors learn from: one a labelled blend; several labels of one blend are one
-/// group. Weights are scaled to a mean of 1, so that equal ones are the same as none and the loss
-/// weights of the regressors' grids keep their meaning.
+/// group, with the factors of the corpus. Weights are scaled to a mean of 1, so that equal ones are
+/// the same as none and the loss weights of the regressors' grids keep their meaning.
 /// @param coordinates  of each fragment, from content_coordinates.
 /// @throws Error{kData} naming a blend or a parent of one that has no label.
 [[nodiscard]] effort::StyleSamples style_samples(const StyleCorpus& corpus,

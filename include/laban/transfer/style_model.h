@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +36,8 @@ struct StyleModel {
   /// Training record, a JSON object: options as resolved, seed, input checksums, versions.
   std::string record_json;
 
+  /// Those that it was taught: flow, weight, time, and space if every label gave it.
+  [[nodiscard]] std::span<const effort::Factor> factors() const { return regressor.factors(); }
   [[nodiscard]] double frame_rate_hz() const { return fragments.front().pose.frame_rate_hz; }
 };
 

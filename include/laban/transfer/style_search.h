@@ -13,13 +13,14 @@ namespace laban::transfer {
 
 /// The Effort asked for. A factor that is not set is left free.
 struct EffortTarget {
-  std::array<std::optional<double>, effort::kFactorCount> factors;     ///< flow, weight, time
-  std::array<double, effort::kFactorCount> weights = {1.0, 1.0, 1.0};  ///< importance, > 0
+  /// flow, weight, time, and space where the model knows it.
+  std::array<std::optional<double>, effort::kMaxFactorCount> factors;
+  std::array<double, effort::kMaxFactorCount> weights = {1.0, 1.0, 1.0, 1.0};  ///< importance, > 0
   /// What the factors left free stay near, as far as the others let them: the Effort of what is
-  /// restyled. nullopt: they may go anywhere.
+  /// restyled, without its Space, which is not measured. nullopt: they may go anywhere.
   std::optional<effort::Effort> stay_near;
 
-  /// Weighted distance sqrt(sum_f w_f (asked_f - e_f)^2) over the factors asked for.
+  /// Weighted distance sqrt(sum_f w_f (asked_f - e_f)^2) over the factors of e asked for.
   [[nodiscard]] double distance_to(const effort::EffortVector& e) const;
   /// True if it asks for nothing.
   [[nodiscard]] bool is_free() const;
@@ -75,9 +76,9 @@ struct BlendChoice {
   int fragment_i = 0;
   int fragment_j = 0;  ///< equal to fragment_i: the fragment itself, alpha 0
   double alpha = 0.0;
-  effort::Effort predicted;  ///< by the regressor; of a fragment itself, its label
-  double distance = 0.0;     ///< EffortTarget::distance_to of `predicted`, errors aside
-  std::array<FactorRange, effort::kFactorCount> reachable;
+  effort::Effort predicted;            ///< by the regressor; of a fragment itself, its label
+  double distance = 0.0;               ///< EffortTarget::distance_to of `predicted`, errors aside
+  std::vector<FactorRange> reachable;  ///< of each factor of the model
 
   /// Blended in this order into the pair; empty unless SearchOptions::way > 2.
   std::vector<BlendStep> further;
@@ -103,9 +104,9 @@ inline constexpr double kLeastGain = 0.02;
 
 /// Effort against alpha for pairs of fragments: Figure 1 of [Torresani06].
 /// @param alphas  any values; beyond [-0.25, 1.25] the regressor extrapolates.
-/// @returns 3 x alphas.size() predictions.
-[[nodiscard]] Eigen::Matrix3Xd effort_curve(const StyleModel& model, int fragment_i, int fragment_j,
-                                            const std::vector<double>& alphas);
+/// @returns F x alphas.size() predictions, F the factors of the model.
+[[nodiscard]] effort::EffortMatrix effort_curve(const StyleModel& model, int fragment_i,
+                                                int fragment_j, const std::vector<double>& alphas);
 
 /// The same with the standard error of the predicted Effort (of the function, label noise not
 /// included); nullopt if the model's regressor offers none.
@@ -135,7 +136,8 @@ inline constexpr double kLeastGain = 0.02;
 /// above, but in [0, 1] only; then its own alpha and the new one are improved in turn. What does
 /// not lower the distance by kLeastGain is not taken. The regressor has learnt from pairs only:
 /// errors of its prediction for the pair go into that for the whole.
-/// @throws Error{kUsage} if target or options have problems or there is no such fragment.
+/// @throws Error{kUsage} if target or options have problems, there is no such fragment, or Space is
+///         asked of a model that does not know it.
 [[nodiscard]] BlendChoice search_blend(const StyleModel& model, int fragment,
                                        const EffortTarget& target,
                                        const SearchOptions& options = {});

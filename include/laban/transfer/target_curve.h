@@ -17,7 +17,7 @@ namespace laban::transfer {
 struct TargetCurve {
   struct Row {
     double seconds = 0.0;  ///< from the beginning of the input's motion
-    std::array<std::optional<double>, effort::kFactorCount> factors;  ///< flow, weight, time
+    std::array<std::optional<double>, effort::kMaxFactorCount> factors;  ///< flow .. space
   };
   std::vector<Row> rows;  ///< at least one, times increasing
 
@@ -25,15 +25,15 @@ struct TargetCurve {
   [[nodiscard]] std::optional<double> at(effort::Factor factor, double seconds) const;
   /// What is asked of `frames` frames from `begin_s` on: of each factor its mean over the frames
   /// that ask for it; free where fewer than half of them do.
-  [[nodiscard]] std::array<std::optional<double>, effort::kFactorCount> mean_over(
+  [[nodiscard]] std::array<std::optional<double>, effort::kMaxFactorCount> mean_over(
       double begin_s, int frames, double frame_rate_hz) const;
 };
 
 /// Most that a change of Effort may be, from one end of the scale to the other.
 inline constexpr double kMostEffortChange = effort::kEffortMax - effort::kEffortMin;
 
-/// Reads a curve: CSV with the head "seconds,flow,weight,time" (of the factors only those that are
-/// used, in any order) and a row a time; blank cells are free.
+/// Reads a curve: CSV with the head "seconds,flow,weight,time,space" (of the factors only those
+/// that are used, in any order) and a row a time; blank cells are free.
 /// @param name   of the file, for messages.
 /// @param limit  greatest magnitude of a value: 3, or kMostEffortChange of changes.
 /// @throws Error{kFormat} "name:line: ..." for the first row that breaks a rule: a head without

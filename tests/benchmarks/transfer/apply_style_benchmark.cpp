@@ -26,7 +26,7 @@ motion::PoseMatrix ten_seconds() {
 }
 
 EffortTarget target() {
-  return {{-2.0, 1.5, 2.0}, {1.0, 1.0, 1.0}};
+  return {{-2.0, 1.5, 2.0}, {1.0, 1.0, 1.0, 1.0}};
 }
 
 // All of it: segmentation, search, synthesis, joins, measuring.
