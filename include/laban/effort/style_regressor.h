@@ -172,6 +172,8 @@ struct StyleRegressorState {
   RegressorKind kind = RegressorKind::kLinearInterpolation;
   /// Then center n and center n + C / 2 are one training blend told from its two ends.
   bool symmetric = false;
+  /// Labels lie in [-3, 3], so does what is expected of them.
+  bool bounded = false;
   learn::Standardizer scale;
   EffortVector interpolation;  ///< F values, 0 or 1
   EffortVector offset;         ///< F
@@ -180,8 +182,6 @@ struct StyleRegressorState {
   EffortMatrix coefficients;   ///< F x C
   EffortVector bulge_offset;   ///< F
   EffortMatrix bulge;          ///< F x C
-  /// Labels lie in [-3, 3], so does what is expected of them.
-  bool bounded = false;
   std::vector<FactorFit> fits;  ///< F
   /// nullopt: of a model file older than it; then the held-out error of the fit stands for it.
   std::optional<ErrorSpread> spread;
