@@ -5,6 +5,7 @@
 #include "laban/base/error.h"
 
 #include "draw/axes.h"
+#include "draw/charts.h"
 #include "draw/options.h"
 
 namespace laban::draw {
@@ -248,15 +249,13 @@ Box plot_box(const ChartPanel& panel, const Box& cell, double left) {
 
 }  // namespace
 
-std::string line_chart(const LineChart& chart, const ChartOptions& options) {
+void paint(Canvas& canvas, const LineChart& chart, const ChartOptions& options) {
   check_chart(chart, options);
-  const auto canvas =
-      make_canvas(options.format, options.width, options.height, options.pixel_ratio, "line_chart");
   const std::vector<std::string> names = names_of(chart);
   const double width = options.width - 2.0 * kChartMargin;
-  double top = draw_chart_title(*canvas, chart.title, options.width);
+  double top = draw_chart_title(canvas, chart.title, options.width);
   const auto legend = legend_of(chart, names);
-  if (!legend.empty()) top += draw_legend(canvas.get(), legend, kChartMargin, top, width) + 6.0;
+  if (!legend.empty()) top += draw_legend(&canvas, legend, kChartMargin, top, width) + 6.0;
   const std::size_t count = chart.panels.size();
   const std::size_t columns =
       chart.columns == 0 ? count : std::min(count, static_cast<std::size_t>(chart.columns));
@@ -280,8 +279,15 @@ std::string line_chart(const LineChart& chart, const ChartOptions& options) {
                    top + static_cast<double>(row) * (cell_height + kPanelGapY), cell_width,
                    cell_height};
     areas[p].box = plot_box(chart.panels[p], cell, left);
-    draw_panel(*canvas, chart.panels[p], areas[p], names);
+    draw_panel(canvas, chart.panels[p], areas[p], names);
   }
+}
+
+std::string line_chart(const LineChart& chart, const ChartOptions& options) {
+  check_chart(chart, options);
+  const auto canvas =
+      make_canvas(options.format, options.width, options.height, options.pixel_ratio, "line_chart");
+  paint(*canvas, chart, options);
   return canvas->finish();
 }
 

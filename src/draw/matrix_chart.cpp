@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "draw/axes.h"
+#include "draw/charts.h"
 #include "draw/options.h"
 
 namespace laban::draw {
@@ -243,19 +244,24 @@ void draw_color_bar(Canvas& canvas, const MatrixChart& chart, const Scale& scale
 
 }  // namespace
 
-std::string matrix_chart(const MatrixChart& chart, const ChartOptions& options) {
+void paint(Canvas& canvas, const MatrixChart& chart, const ChartOptions& options) {
   check_chart(chart, options);
   const Scale scale = scale_of(chart);
+  const double top = draw_chart_title(canvas, chart.title, options.width);
+  const Grid grid = lay_out(chart, scale, top, options);
+  draw_cells(canvas, chart, scale, grid);
+  draw_values(canvas, chart, scale, grid);
+  draw_row_groups(canvas, chart, grid, kChartMargin);
+  draw_column_groups(canvas, chart, grid);
+  draw_labels(canvas, chart, grid);
+  draw_color_bar(canvas, chart, scale, grid);
+}
+
+std::string matrix_chart(const MatrixChart& chart, const ChartOptions& options) {
+  check_chart(chart, options);
   const auto canvas = make_canvas(options.format, options.width, options.height,
                                   options.pixel_ratio, "matrix_chart");
-  const double top = draw_chart_title(*canvas, chart.title, options.width);
-  const Grid grid = lay_out(chart, scale, top, options);
-  draw_cells(*canvas, chart, scale, grid);
-  draw_values(*canvas, chart, scale, grid);
-  draw_row_groups(*canvas, chart, grid, kChartMargin);
-  draw_column_groups(*canvas, chart, grid);
-  draw_labels(*canvas, chart, grid);
-  draw_color_bar(*canvas, chart, scale, grid);
+  paint(*canvas, chart, options);
   return canvas->finish();
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 
 #include "laban/base/error.h"
 #include "laban/io/bvh.h"
@@ -180,7 +181,9 @@ struct Layout {
   std::vector<bool> has_positions;
 };
 
-Layout make_layout(const motion::Clip& clip) {
+/// @param all_positions  of a clip that animates positions every joint, whether it moves or not:
+///                       what comes later is not known.
+Layout make_layout(const motion::Clip& clip, bool all_positions) {
   const motion::Skeleton& skeleton = clip.skeleton();
   Layout layout;
   layout.children.resize(skeleton.joints().size());
@@ -195,9 +198,9 @@ Layout make_layout(const motion::Clip& clip) {
     const std::vector<int>& children = layout.children[joint];
     open.insert(open.end(), children.rbegin(), children.rend());
   }
-  layout.has_positions.assign(skeleton.joints().size(), false);
+  layout.has_positions.assign(skeleton.joints().size(), all_positions && clip.has_translations());
   layout.has_positions[0] = true;
-  if (!clip.has_translations()) return layout;
+  if (!clip.has_translations() || all_positions) return layout;
   for (int f = 0; f < clip.frame_count(); ++f) {
     for (int j = 1; j < clip.joint_count(); ++j) {
       if ((clip.translation(f, j) - skeleton.joint(j).rest_offset).norm() > kStillM) {
@@ -216,26 +219,52 @@ int position_decimals(const BvhWriteOptions& options) {
 
 class BvhWriter {
  public:
-  BvhWriter(const motion::Clip& clip, const BvhWriteOptions& options)
-      : clip_(clip),
+  BvhWriter(const motion::Clip& clip, const BvhWriteOptions& options, bool all_positions = false)
+      : skeleton_(clip.shared_skeleton()),
         options_(options),
-        layout_(make_layout(clip)),
+        layout_(make_layout(clip, all_positions)),
         names_(unique_names(clip.skeleton())),
+        angles_(names_.size(), Eigen::Vector3d::Zero()),
         position_decimals_(position_decimals(options)),
         angle_decimals_(options.decimals.value_or(kAngleDecimals)) {}
 
-  [[nodiscard]] BvhText write() {
+  /// All that comes before the rows.
+  void write_head(std::int64_t frame_count, double frame_rate_hz) {
     write_hierarchy();
-    write_motion();
-    BvhText result;
-    result.text = std::move(text_);
-    for (std::size_t j = 0; j < names_.size(); ++j) {
-      const std::string& name = clip_.skeleton().joints()[j].name;
-      if (name != names_[j]) {
-        result.renames.push_back("'" + name + "' is written as '" + names_[j] + "'");
+    text_ += "MOTION\nFrames: " + std::to_string(frame_count) + "\nFrame Time: ";
+    number_.append_shortest(1.0 / frame_rate_hz);
+    text_ += '\n';
+  }
+
+  /// A row for each frame; Euler angles go on from the rows before.
+  void write_rows(const motion::Clip& clip) {
+    const EulerOrder order = euler_order(options_.rotation_order);
+    for (int f = 0; f < clip.frame_count(); ++f) {
+      const std::size_t row_begin = text_.size();
+      for (const std::size_t j : layout_.order) {
+        const int joint = static_cast<int>(j);
+        if (layout_.has_positions[j]) write_positions(clip.translation(f, joint), " ");
+        angles_[j] = euler_angles(clip.rotation(f, joint), order, angles_[j]);
+        for (const double angle : angles_[j]) {
+          text_ += ' ';
+          number_.append(angle / kDegree, angle_decimals_);
+        }
       }
+      text_.erase(row_begin, 1);
+      text_ += '\n';
     }
-    return result;
+  }
+
+  /// What has been written since the last call.
+  [[nodiscard]] std::string take_text() { return std::exchange(text_, {}); }
+
+  [[nodiscard]] std::vector<std::string> renames() const {
+    std::vector<std::string> found;
+    for (std::size_t j = 0; j < names_.size(); ++j) {
+      const std::string& name = skeleton_->joints()[j].name;
+      if (name != names_[j]) found.push_back("'" + name + "' is written as '" + names_[j] + "'");
+    }
+    return found;
   }
 
  private:
@@ -287,7 +316,7 @@ class BvhWriter {
   void write_hierarchy() {
     text_ += "HIERARCHY\n";
     for (const std::size_t index : layout_.order) {
-      const motion::Joint& joint = clip_.skeleton().joints()[index];
+      const motion::Joint& joint = skeleton_->joints()[index];
       while (!blocks_.empty() && blocks_.back() != joint.parent) close_block();
       indent();
       text_ += (index == 0 ? "ROOT " : "JOINT ") + names_[index] + '\n';
@@ -300,32 +329,11 @@ class BvhWriter {
     while (!blocks_.empty()) close_block();
   }
 
-  void write_motion() {
-    text_ += "MOTION\nFrames: " + std::to_string(clip_.frame_count()) + "\nFrame Time: ";
-    number_.append_shortest(1.0 / clip_.frame_rate_hz());
-    text_ += '\n';
-    const EulerOrder order = euler_order(options_.rotation_order);
-    std::vector<Eigen::Vector3d> angles(names_.size(), Eigen::Vector3d::Zero());
-    for (int f = 0; f < clip_.frame_count(); ++f) {
-      const std::size_t row_begin = text_.size();
-      for (const std::size_t j : layout_.order) {
-        const int joint = static_cast<int>(j);
-        if (layout_.has_positions[j]) write_positions(clip_.translation(f, joint), " ");
-        angles[j] = euler_angles(clip_.rotation(f, joint), order, angles[j]);
-        for (const double angle : angles[j]) {
-          text_ += ' ';
-          number_.append(angle / kDegree, angle_decimals_);
-        }
-      }
-      text_.erase(row_begin, 1);
-      text_ += '\n';
-    }
-  }
-
-  const motion::Clip& clip_;
-  const BvhWriteOptions& options_;
+  std::shared_ptr<const motion::Skeleton> skeleton_;
+  BvhWriteOptions options_;
   Layout layout_;
   std::vector<std::string> names_;
+  std::vector<Eigen::Vector3d> angles_;  // of the row before
   int position_decimals_;
   int angle_decimals_;
   std::string text_;
@@ -357,7 +365,50 @@ std::vector<std::string> BvhWriteOptions::problems() const {
 BvhText write_bvh(const motion::Clip& clip, const BvhWriteOptions& options) {
   const std::vector<std::string> problems = options.problems();
   if (!problems.empty()) throw base::Error(base::ErrorKind::kUsage, problems.front());
-  return BvhWriter(clip, options).write();
+  BvhWriter writer(clip, options);
+  writer.write_head(clip.frame_count(), clip.frame_rate_hz());
+  writer.write_rows(clip);
+  return {writer.take_text(), writer.renames()};
+}
+
+class BvhStream::Impl {
+ public:
+  Impl(const motion::Clip& clip, const BvhWriteOptions& options)
+      : skeleton(clip.shared_skeleton()),
+        rate_hz(clip.frame_rate_hz()),
+        writer(clip, options, true) {}
+
+  std::shared_ptr<const motion::Skeleton> skeleton;
+  double rate_hz;
+  BvhWriter writer;
+};
+
+BvhStream::BvhStream(const motion::Clip& clip, const BvhWriteOptions& options) {
+  const std::vector<std::string> problems = options.problems();
+  if (!problems.empty()) throw base::Error(base::ErrorKind::kUsage, problems.front());
+  impl_ = std::make_unique<Impl>(clip, options);
+}
+BvhStream::BvhStream(BvhStream&&) noexcept = default;
+BvhStream& BvhStream::operator=(BvhStream&&) noexcept = default;
+BvhStream::~BvhStream() = default;
+
+std::string BvhStream::head(std::int64_t frame_count) {
+  impl_->writer.write_head(frame_count, impl_->rate_hz);
+  return impl_->writer.take_text();
+}
+
+std::string BvhStream::rows(const motion::Clip& piece) {
+  if (piece.joint_count() != impl_->skeleton->joint_count() ||
+      piece.frame_rate_hz() != impl_->rate_hz) {
+    throw base::Error(base::ErrorKind::kData,
+                      "a piece of a BVH stream must have the joints and the rate of the first");
+  }
+  impl_->writer.write_rows(piece);
+  return impl_->writer.take_text();
+}
+
+std::vector<std::string> BvhStream::renames() const {
+  return impl_->writer.renames();
 }
 
 }  // namespace laban::io

@@ -18,6 +18,7 @@ BUILDS_ON = {
     "blend": ["align"],
     "effort": ["motion", "learn"],
     "transfer": ["blend", "effort"],
+    "loop": ["motion"],
     "draw": ["motion"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

@@ -97,6 +97,7 @@ int run(int argc, char** argv) {
   add_inspect(app);
   add_convert(app);
   add_draw(app);
+  add_loop(app);
 
   std::string topic;
   CLI::App* help =

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -102,5 +104,31 @@ struct BvhText {
 ///
 /// @throws Error{kUsage} if `options` has problems.
 [[nodiscard]] BvhText write_bvh(const motion::Clip& clip, const BvhWriteOptions& options = {});
+
+/// Writes a motion that comes in pieces, whatever its length, as write_bvh writes it whole: Euler
+/// angles continue from piece to piece. Only of a motion that animates positions below the root
+/// does every joint have position channels, since nobody knows which will move.
+class BvhStream {
+ public:
+  /// @param clip  of the skeleton and at the rate of all pieces, and with translations if any piece
+  ///              has them.
+  /// @throws Error{kUsage} if `options` has problems.
+  explicit BvhStream(const motion::Clip& clip, const BvhWriteOptions& options = {});
+  BvhStream(BvhStream&&) noexcept;
+  BvhStream& operator=(BvhStream&&) noexcept;
+  ~BvhStream();
+
+  /// Hierarchy and the lines before the rows. Readers take more or fewer rows than `frame_count`
+  /// says with a warning at best.
+  [[nodiscard]] std::string head(std::int64_t frame_count);
+  /// The rows of the next piece. @throws Error{kData} for another skeleton's or rate's.
+  [[nodiscard]] std::string rows(const motion::Clip& piece);
+  /// As BvhText::renames.
+  [[nodiscard]] std::vector<std::string> renames() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace laban::io

@@ -1,0 +1,255 @@
+#include "loop/seam_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include "laban/base/error.h"
+#include "laban/math/rotation.h"
+#include "laban/math/statistics.h"
+
+namespace laban::loop {
+namespace {
+
+// Places tried in full: cut, smoothed and measured.
+constexpr int kTried = 12;
+// A foot that stands in one clip and not in the other, metres.
+constexpr double kContactPenaltyM = 0.05;
+constexpr double kStandingWeight = 10.0;
+
+Eigen::Matrix3Xd point_positions(const BodyRows& rows, const BodyFrame& frame) {
+  return positions(rows, frame)(Eigen::all, rows.points);
+}
+
+/// A frame as places of the overlap are compared: heading and place on the ground left out.
+struct ComparedFrame {
+  std::vector<Eigen::Quaterniond> rotations;  // of the hips the tilt
+  double height_m = 0.0;
+  Eigen::Vector2d velocity_m_s;  // in the heading frame
+  double yaw_rate = 0.0;         // radians a second
+  Eigen::Vector4d contacts;
+};
+
+std::vector<ComparedFrame> compared(const std::vector<BodyFrame>& frames, std::size_t begin,
+                                    std::size_t count, double frame_rate_hz) {
+  std::vector<ComparedFrame> result;
+  for (std::size_t f = begin; f < begin + count; ++f) {
+    const BodyFrame& frame = frames[f];
+    ComparedFrame one;
+    one.rotations = frame.rotations;
+    const double yaw = math::heading_of(frame.rotations[0]);
+    one.rotations[0] = math::yaw_rotation(-yaw) * frame.rotations[0];
+    one.height_m = frame.hips.y();
+    one.contacts = frame.contacts;
+    const BodyFrame& before = frames[f > 0 ? f - 1 : f];
+    const BodyFrame& after = frames[std::min(f + 1, frames.size() - 1)];
+    const double time_s = (f > 0 && f + 1 < frames.size() ? 2.0 : 1.0) / frame_rate_hz;
+    const Eigen::Vector3d velocity = math::yaw_rotation(-yaw) * (after.hips - before.hips) / time_s;
+    one.velocity_m_s = {velocity.x(), velocity.z()};
+    const double turned =
+        math::heading_of(after.rotations[0]) - math::heading_of(before.rotations[0]);
+    one.yaw_rate = math::nearest_angle(turned, 0.0) / time_s;
+    result.push_back(std::move(one));
+  }
+  return result;
+}
+
+/// Metres: joint angles times reach, height, what velocities part in `time_s`, feet.
+double distance(const BodyRows& rows, const ComparedFrame& a, const ComparedFrame& b,
+                double time_s) {
+  double sum = 0.0;
+  for (std::size_t r = 0; r < a.rotations.size(); ++r) {
+    const double cosine = std::min(1.0, std::abs(a.rotations[r].dot(b.rotations[r])));
+    // ||q - q'|| of the nearer sign.
+    sum += rows.reach_m[static_cast<Eigen::Index>(r)] * 2.0 * std::sqrt(2.0 - 2.0 * cosine);
+  }
+  sum += std::abs(a.height_m - b.height_m) + time_s * (a.velocity_m_s - b.velocity_m_s).norm() +
+         time_s * std::abs(a.yaw_rate - b.yaw_rate) * rows.reach_m[0];
+  sum += kContactPenaltyM * (a.contacts - b.contacts).cwiseAbs().sum();
+  return sum;
+}
+
+/// Places (i, j) of the overlap in the last m frames of one clip and the first m of the other.
+struct Place {
+  int i = 0;
+  int j = 0;
+  double distance_m = 0.0;
+};
+
+std::vector<Place> places(const SeamTask& task, int m, int n) {
+  const auto out = compared(task.outgoing, task.outgoing.size() - static_cast<std::size_t>(m),
+                            static_cast<std::size_t>(m), task.frame_rate_hz);
+  const auto in = compared(task.incoming, 0, static_cast<std::size_t>(m), task.frame_rate_hz);
+  // Two velocities that differ part by a quarter of the overlap on average.
+  const double time_s = 0.25 * n / task.frame_rate_hz;
+  Eigen::MatrixXd pairs(m, m);
+  for (int j = 0; j < m; ++j) {
+    for (int i = 0; i < m; ++i) {
+      pairs(i, j) = distance(task.rows, out[static_cast<std::size_t>(i)],
+                             in[static_cast<std::size_t>(j)], time_s);
+    }
+  }
+  std::vector<Place> found;
+  for (int i = 0; i + n <= m; ++i) {
+    for (int j = 0; j + n <= m; ++j) {
+      found.push_back({i, j, pairs.block(i, j, n, n).diagonal().mean()});
+    }
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Place& a, const Place& b) { return a.distance_m < b.distance_m; });
+  return found;
+}
+
+/// The best that are not near one another.
+std::vector<Place> apart(const std::vector<Place>& sorted, int least, int count) {
+  std::vector<Place> kept;
+  for (const Place& place : sorted) {
+    const bool near = std::any_of(kept.begin(), kept.end(), [&](const Place& other) {
+      return std::abs(place.i - other.i) < least && std::abs(place.j - other.j) < least;
+    });
+    if (!near) kept.push_back(place);
+    if (std::ssize(kept) == count) break;
+  }
+  return kept;
+}
+
+/// Sews at one place and measures the outcome among its neighbours on both sides.
+SewnSeam sew(const SeamTask& task, const JoinWindowOptions& options, const Place& place, int m,
+             int n) {
+  const int out_begin = static_cast<int>(task.outgoing.size()) - m + place.i;
+  const auto out = task.outgoing.begin() + out_begin;
+  const auto in = task.incoming.begin() + place.j;
+  const std::vector<BodyFrame> outgoing(out, out + n);
+  std::vector<BodyFrame> incoming(in, in + n);
+  SewnSeam seam;
+  seam.outgoing_from_incoming = align_overlap(task.rows, outgoing, incoming);
+  for (BodyFrame& frame : incoming) frame.move(seam.outgoing_from_incoming);
+  JoinedWindow window = join_window(task.rows, outgoing, incoming, options);
+  seam.frames = std::move(window.frames);
+  seam.found = {out_begin, place.j, n, place.distance_m, window.switch_frames, 0.0, 0.0};
+  seam.join = window.switch_frames[0];
+  std::vector<BodyFrame> around;
+  for (int f = std::max(0, out_begin - 2); f < out_begin; ++f) {
+    around.push_back(task.outgoing[static_cast<std::size_t>(f)]);
+  }
+  const auto first = around.size();
+  around.insert(around.end(), seam.frames.begin(), seam.frames.end());
+  for (int f = place.j + n; f < std::min(place.j + n + 2, static_cast<int>(task.incoming.size()));
+       ++f) {
+    around.push_back(task.incoming[static_cast<std::size_t>(f)]);
+    around.back().move(seam.outgoing_from_incoming);
+  }
+  const MotionRates rates = motion_rates(task.rows, around, task.frame_rate_hz);
+  const auto largest = [&](const std::vector<double>& values) {
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
+    return *std::max_element(begin, begin + n);
+  };
+  seam.found.speed_ratio = largest(rates.speed_m_s) / std::max(1e-9, task.usual.speed_m_s);
+  seam.found.acceleration_ratio =
+      largest(rates.acceleration_m_s2) / std::max(1e-9, task.usual.acceleration_m_s2);
+  return seam;
+}
+
+/// How far a seam is beyond what its captures do: at most 1 if it is not.
+double excess(const SewnSeam& seam) {
+  return std::max({1.0, seam.found.speed_ratio, seam.found.acceleration_ratio});
+}
+
+}  // namespace
+
+MotionRates motion_rates(const BodyRows& rows, std::span<const BodyFrame> frames,
+                         double frame_rate_hz) {
+  const std::size_t count = frames.size();
+  MotionRates rates{std::vector<double>(count, 0.0), std::vector<double>(count, 0.0)};
+  if (count < 3) return rates;
+  std::vector<Eigen::Matrix3Xd> places;
+  for (const BodyFrame& frame : frames) places.push_back(point_positions(rows, frame));
+  const double per_point =
+      1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(1, rows.points.size())));
+  for (std::size_t f = 1; f + 1 < count; ++f) {
+    rates.speed_m_s[f] = (places[f + 1] - places[f - 1]).norm() * 0.5 * frame_rate_hz * per_point;
+    rates.acceleration_m_s2[f] = (places[f + 1] - 2.0 * places[f] + places[f - 1]).norm() *
+                                 frame_rate_hz * frame_rate_hz * per_point;
+  }
+  for (auto* values : {&rates.speed_m_s, &rates.acceleration_m_s2}) {
+    values->front() = (*values)[1];
+    values->back() = (*values)[count - 2];
+  }
+  return rates;
+}
+
+UsualMotion usual_motion(const BodyRows& rows, std::span<const BodyFrame> frames,
+                         double frame_rate_hz) {
+  MotionRates rates = motion_rates(rows, frames, frame_rate_hz);
+  UsualMotion usual;
+  usual.speed_m_s = math::percentile(rates.speed_m_s, 99.0);
+  usual.acceleration_m_s2 = math::percentile(rates.acceleration_m_s2, 99.0);
+  usual.lively_acceleration_m_s2 = math::percentile(rates.acceleration_m_s2, 90.0);
+  usual.speeds_m_s = std::move(rates.speed_m_s);
+  return usual;
+}
+
+PlanarMotion align_overlap(const BodyRows& rows, std::span<const BodyFrame> outgoing,
+                           std::span<const BodyFrame> incoming) {
+  // A point of the ground as the complex number z + i x: a turn by yaw is a factor exp(i yaw).
+  using Complex = std::complex<double>;
+  Complex a_sum;
+  Complex b_sum;
+  Complex product;
+  double weight_sum = 0.0;
+  const double n = static_cast<double>(outgoing.size());
+  for (std::size_t t = 0; t < outgoing.size(); ++t) {
+    const double bell = std::sin(std::numbers::pi * (static_cast<double>(t) + 0.5) / n);
+    const Eigen::Matrix3Xd a_points = positions(rows, outgoing[t]);
+    const Eigen::Matrix3Xd b_points = positions(rows, incoming[t]);
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(rows.count());
+    for (const int row : rows.points) weights[row] = 1.0;
+    for (std::size_t p = 0; p < rows.feet.size(); ++p) {
+      const auto point = static_cast<Eigen::Index>(p);
+      weights[rows.feet[p]] +=
+          kStandingWeight * std::min(outgoing[t].contacts[point], incoming[t].contacts[point]);
+    }
+    for (Eigen::Index r = 0; r < rows.count(); ++r) {
+      const double weight = bell * weights[r];
+      if (weight == 0.0) continue;
+      const Complex a(a_points(2, r), a_points(0, r));
+      const Complex b(b_points(2, r), b_points(0, r));
+      a_sum += weight * a;
+      b_sum += weight * b;
+      product += weight * a * std::conj(b);
+      weight_sum += weight;
+    }
+  }
+  const Complex covariance = product - a_sum * std::conj(b_sum) / weight_sum;
+  PlanarMotion motion;
+  motion.yaw = std::abs(covariance) > 1e-12 ? std::arg(covariance) : 0.0;
+  const Complex shift = (a_sum - std::polar(1.0, motion.yaw) * b_sum) / weight_sum;
+  motion.shift = {shift.imag(), 0.0, shift.real()};
+  return motion;
+}
+
+std::vector<SewnSeam> find_seams(const SeamTask& task, const SeamOptions& options, int count) {
+  const int shortest = static_cast<int>(std::min(task.outgoing.size(), task.incoming.size()));
+  const bool same = &task.outgoing == &task.incoming;
+  // Both ends of one clip must not overlap: T >= 2 m.
+  const int m = std::min(options.texton_frames, same ? shortest / 2 : shortest);
+  const int n = m == options.texton_frames ? options.overlap_frames
+                                           : std::min(options.overlap_frames, std::max(4, m / 2));
+  LABAN_CHECK(m >= n && n >= 4);
+  const JoinWindowOptions window{options.metric, std::min(options.blend_frames, n - 2),
+                                 options.poisson, options.joint_weight};
+  const std::vector<Place> candidates =
+      apart(places(task, m, n), std::max(1, n / 5), std::max(kTried, count));
+  std::vector<SewnSeam> seams;
+  for (const Place& place : candidates) seams.push_back(sew(task, window, place, m, n));
+  std::stable_sort(seams.begin(), seams.end(),
+                   [](const SewnSeam& a, const SewnSeam& b) { return excess(a) < excess(b); });
+  const auto good = std::count_if(seams.begin(), seams.end(),
+                                  [](const SewnSeam& seam) { return excess(seam) <= 1.0; });
+  const auto kept = std::clamp<std::ptrdiff_t>(good, 1, count);
+  seams.erase(seams.begin() + kept, seams.end());
+  return seams;
+}
+
+}  // namespace laban::loop

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "laban/loop/endless_loop.h"
+
+#include "loop/body_track.h"
+#include "loop/join_window.h"
+
+namespace laban::loop {
+
+/// What is usual in a capture: rms over its standard joints a frame.
+struct UsualMotion {
+  double speed_m_s = 0.0;                 ///< 99th percentile
+  double acceleration_m_s2 = 0.0;         ///< 99th percentile
+  std::vector<double> speeds_m_s;         ///< of each frame
+  double lively_acceleration_m_s2 = 0.0;  ///< 90th percentile
+};
+
+/// rms speed and acceleration of each frame but the first and last, which copy their neighbours'.
+struct MotionRates {
+  std::vector<double> speed_m_s;
+  std::vector<double> acceleration_m_s2;
+};
+[[nodiscard]] MotionRates motion_rates(const BodyRows& rows, std::span<const BodyFrame> frames,
+                                       double frame_rate_hz);
+[[nodiscard]] UsualMotion usual_motion(const BodyRows& rows, std::span<const BodyFrame> frames,
+                                       double frame_rate_hz);
+
+/// A seam that can be played: frames in the outgoing clip's place.
+struct SewnSeam {
+  FoundSeam found;
+  std::vector<BodyFrame> frames;
+  PlanarMotion outgoing_from_incoming;
+  int join = 0;  ///< frame of the overlap at which the body switches
+};
+
+struct SeamTask {
+  const BodyRows& rows;
+  const std::vector<BodyFrame>& outgoing;
+  const std::vector<BodyFrame>& incoming;
+  double frame_rate_hz = 0.0;
+  UsualMotion usual;
+};
+
+/// Places the overlap, cuts, blends and smooths: the best `count` seams that differ in place, best
+/// first. At least one. Seams whose speed or acceleration is beyond the captures' own come after
+/// all others and are left out where there are others.
+[[nodiscard]] std::vector<SewnSeam> find_seams(const SeamTask& task, const SeamOptions& options,
+                                               int count);
+
+/// The turn and shift that bring the incoming overlap to the outgoing one: least squares over the
+/// joints, feet that stand in both counting most, the middle of the overlap more than its ends.
+[[nodiscard]] PlanarMotion align_overlap(const BodyRows& rows, std::span<const BodyFrame> outgoing,
+                                         std::span<const BodyFrame> incoming);
+
+}  // namespace laban::loop

@@ -1,0 +1,270 @@
+#include "laban/loop/endless_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <numbers>
+
+#include <gmock/gmock.h>
+
+#include "laban/base/error.h"
+#include "laban/io/clip_file.h"
+#include "laban/math/rotation.h"
+#include "laban/math/statistics.h"
+#include "laban/motion/forward_kinematics.h"
+#include "laban/motion/motion_quality.h"
+#include "support/clips.h"
+
+#include "captures.h"
+
+namespace laban::loop {
+namespace {
+
+using test::captures_root;
+using test::load_capture;
+
+motion::Capture phrase(const std::string& name) {
+  return motion::find_capture(io::read_clip(std::filesystem::path(LABAN_SOURCE_DIR) /
+                                            "data/phrase" / ("phrase_" + name + ".bvh"))
+                                  .clip);
+}
+
+/// rms speed and acceleration of the standard joints a frame, ends left out.
+struct Rates {
+  std::vector<double> speed;
+  std::vector<double> acceleration;
+};
+
+Rates rates_of(const motion::Clip& clip, const motion::Humanoid& humanoid) {
+  const Eigen::Matrix3Xd all = motion::joint_positions(clip);
+  std::vector<int> joints;
+  for (int j = 0; j < clip.joint_count(); ++j) {
+    if (humanoid.played_by(j)) joints.push_back(j);
+  }
+  const auto at = [&](int f, int j) -> Eigen::Vector3d {
+    return all.col(static_cast<Eigen::Index>(f) * clip.joint_count() + j);
+  };
+  Rates rates;
+  const double hz = clip.frame_rate_hz();
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    const int g = std::clamp(f, 1, clip.frame_count() - 2);
+    double v = 0.0;
+    double a = 0.0;
+    for (const int j : joints) {
+      v += (0.5 * hz * (at(g + 1, j) - at(g - 1, j))).squaredNorm();
+      a += (hz * hz * (at(g + 1, j) - 2.0 * at(g, j) + at(g - 1, j))).squaredNorm();
+    }
+    rates.speed.push_back(std::sqrt(v / static_cast<double>(joints.size())));
+    rates.acceleration.push_back(std::sqrt(a / static_cast<double>(joints.size())));
+  }
+  return rates;
+}
+
+struct Usage {
+  double share = 0.0;
+  int most = 0;
+};
+
+Usage usage_of(const LoopedClip& looped, int frame_count) {
+  std::map<int, int> shown;
+  Usage usage;
+  for (const double frame : looped.source_frames) {
+    usage.most = std::max(usage.most, ++shown[static_cast<int>(std::lround(frame))]);
+  }
+  usage.share = static_cast<double>(shown.size()) / frame_count;
+  return usage;
+}
+
+/// Greatest difference of two clips of one shape: degrees of a joint, metres of the root.
+struct Difference {
+  double degrees = 0.0;
+  double metres = 0.0;
+};
+
+Difference difference(const motion::Clip& a, const motion::Clip& b) {
+  Difference found;
+  for (int f = 0; f < std::min(a.frame_count(), b.frame_count()); ++f) {
+    for (int j = 0; j < a.joint_count(); ++j) {
+      found.degrees =
+          std::max(found.degrees, math::angle_between(a.rotation(f, j), b.rotation(f, j)) * 180.0 /
+                                      std::numbers::pi);
+    }
+    found.metres =
+        std::max(found.metres, (a.root_positions().col(f) - b.root_positions().col(f)).norm());
+  }
+  return found;
+}
+
+TEST(EndlessLoop, BeginsAsTheClipDoes) {
+  const motion::Capture bow = phrase("bow_p01");
+  LoopOptions options;
+  options.hold_feet = false;
+  EndlessLoop endless(bow, options);
+  const LoopedClip looped = endless.next(20);
+  const Difference found = difference(looped.clip, bow.clip.slice(0, 20));
+  EXPECT_LT(found.degrees, 1e-9);
+  EXPECT_LT(found.metres, 1e-12);
+  EXPECT_EQ(looped.source_frames[7], 7.0);
+}
+
+TEST(EndlessLoop, PiecesOfAnySizeGiveTheSameFrames) {
+  const motion::Capture kick = phrase("kick_p01");
+  EndlessLoop whole(kick, {});
+  const LoopedClip all = whole.next(1500);
+  EndlessLoop pieces(kick, {});
+  int done = 0;
+  for (const int count : {1, 2, 497, 1000}) {
+    const LoopedClip piece = pieces.next(count);
+    const Difference found = difference(piece.clip, all.clip.slice(done, done + count));
+    EXPECT_LT(found.degrees, 1e-6);
+    EXPECT_EQ(found.metres, 0.0);
+    done += count;
+  }
+}
+
+TEST(EndlessLoop, TheSeedDecides) {
+  const motion::Capture kick = phrase("kick_p02");
+  LoopOptions options;
+  options.seed = 5;
+  const LoopedClip one = EndlessLoop(kick, options).next(900);
+  const LoopedClip again = EndlessLoop(kick, options).next(900);
+  EXPECT_EQ(one.source_frames, again.source_frames);
+  options.seed = 6;
+  EXPECT_NE(one.source_frames, EndlessLoop(kick, options).next(900).source_frames);
+}
+
+TEST(EndlessLoop, PartsCoverEveryFrame) {
+  EndlessLoop endless(phrase("wave_p03"), {});
+  const LoopedClip looped = endless.next(1200);
+  std::int64_t at = 1;  // frame 0 is the clip's first
+  for (const LoopPart& part : looped.parts) {
+    EXPECT_EQ(part.begin, at);
+    EXPECT_GT(part.end, part.begin);
+    EXPECT_EQ(part.seam >= 0, part.step == LoopStep::kSeam);
+    at = part.end;
+  }
+  EXPECT_GE(at, 1200);
+}
+
+TEST(EndlessLoop, InPlaceKeepsTheBodyAboveTheOrigin) {
+  LoopOptions options;
+  options.in_place = true;
+  const motion::Capture walk = phrase("walk_p01");
+  const LoopedClip looped = EndlessLoop(walk, options).next(800);
+  const Eigen::Matrix3Xd& roots = looped.clip.root_positions();
+  EXPECT_LT(roots.row(0).cwiseAbs().maxCoeff(), 0.3);
+  EXPECT_LT(roots.row(2).cwiseAbs().maxCoeff(), 0.3);
+}
+
+TEST(EndlessLoop, AWalkTravelsOnThroughItsSeams) {
+  LoopOptions options;
+  options.turns = false;
+  const motion::Capture walk = phrase("walk_p01");
+  const int frames = 1200;
+  const LoopedClip looped = EndlessLoop(walk, options).next(frames);
+  const double captured_speed =
+      (walk.clip.root_positions().rightCols(1) - walk.clip.root_positions().leftCols(1)).norm() /
+      walk.clip.duration_s();
+  const Eigen::Matrix3Xd& path = looped.clip.root_positions();
+  double length = 0.0;
+  for (int f = 10; f < frames; f += 10) length += (path.col(f) - path.col(f - 10)).norm();
+  EXPECT_GT(length / looped.clip.duration_s(), 0.7 * captured_speed);
+}
+
+// The step from the last frame to the first is as smooth as those within the clip.
+TEST(SeamlessLoop, TheLastFrameFlowsIntoTheFirst) {
+  for (const char* name : {"walk_p01", "kick_p04", "wave_p02", "bow_p05"}) {
+    SCOPED_TRACE(name);
+    const motion::Capture capture = phrase(name);
+    LoopOptions options;
+    options.in_place = true;
+    const SeamlessLoop loop = seamless_loop(capture, options);
+    EXPECT_TRUE(loop.closed);
+    const int last = loop.clip.frame_count() - 1;
+    for (int j = 0; j < loop.clip.joint_count(); ++j) {
+      const auto q = [&](int f) { return loop.clip.rotation((f + last + 1) % (last + 1), j); };
+      // Second difference of rotations over the seam: predicted by the frames before it.
+      const Eigen::Quaterniond predicted = q(last) * (q(last - 1).conjugate() * q(last));
+      EXPECT_LT(math::angle_between(predicted, q(0)), 0.02) << loop.clip.skeleton().joint(j).name;
+    }
+  }
+}
+
+TEST(SeamlessLoop, AWalkIsLeftToTravelAndABowIsClosed) {
+  const SeamlessLoop walk = seamless_loop(phrase("walk_p02"));
+  EXPECT_FALSE(walk.closed);
+  EXPECT_GT(walk.travel_m, 0.3);
+  const SeamlessLoop bow = seamless_loop(phrase("bow_p02"));
+  EXPECT_TRUE(bow.closed);
+  EXPECT_EQ(bow.travel_m, 0.0);
+}
+
+TEST(JoinClips, BeginsAsTheFirstAndEndsAsTheSecond) {
+  const motion::Capture bow = phrase("bow_p01");
+  const motion::Capture kick = phrase("kick_p01");
+  LoopOptions options;
+  options.hold_feet = false;
+  const JoinedClips joined = join_clips(bow, kick, options);
+  const int rest = kick.clip.frame_count() - joined.seam.in_begin - joined.seam.frames;
+  ASSERT_EQ(joined.clip.frame_count(), joined.seam_end + rest);
+  const Difference head =
+      difference(joined.clip.slice(0, joined.seam_begin), bow.clip.slice(0, joined.seam_begin));
+  EXPECT_LT(head.degrees, 1e-6);
+  // Beyond the seam joints other than the root are the second clip's own.
+  const int f = joined.seam_end + rest / 2;
+  const int g = joined.seam.in_begin + joined.seam.frames + rest / 2;
+  for (int j = 1; j < kick.clip.joint_count(); ++j) {
+    EXPECT_LT(math::angle_between(joined.clip.rotation(f, j), kick.clip.rotation(g, j)), 1e-6);
+  }
+}
+
+TEST(EndlessLoop, RefusesClipsThatAreTooShortAndOptionsOutOfRange) {
+  const motion::Capture bow = phrase("bow_p01");
+  const motion::Capture tiny{bow.clip.slice(0, 7), bow.humanoid};
+  EXPECT_THROW(EndlessLoop(tiny, {}), base::Error);
+  EXPECT_THROW((void)seamless_loop(tiny), base::Error);
+  EXPECT_THROW((void)join_clips(bow, tiny), base::Error);
+  LoopOptions options;
+  options.seam.overlap_frames = 200;
+  EXPECT_THROW(EndlessLoop(bow, options), base::Error);
+  options = {};
+  options.seam_count = 0;
+  EXPECT_THROW(EndlessLoop(bow, options), base::Error);
+  EXPECT_THROW((void)EndlessLoop(bow, {}).next(0), base::Error);
+}
+
+TEST(EndlessLoop, ShortestClipsPlayOn) {
+  const motion::Capture bow = phrase("bow_p01");
+  const motion::Capture eight{bow.clip.slice(20, 28), bow.humanoid};
+  EXPECT_EQ(EndlessLoop(eight, {}).next(300).clip.frame_count(), 300);
+  EXPECT_GE(seamless_loop(eight).clip.frame_count(), 4);
+}
+
+class Captured : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!captures_root()) GTEST_SKIP() << test::kNoCaptures;
+  }
+  [[nodiscard]] static motion::Capture capture(const std::string& path, int most_frames = 0) {
+    return motion::find_capture(load_capture(*captures_root() / path, most_frames));
+  }
+};
+
+// The paper's case: 1700 frames from a kick of 209.
+TEST_F(Captured, AKickOf209FramesGives1700ThatUseNearlyAllOfThem) {
+  const motion::Capture kick = capture("cmu_clips/kungfu_135_07_one_kick_209f_60fps.bvh");
+  const int frames = kick.clip.frame_count();
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    LoopOptions options;
+    options.seed = seed;
+    options.hold_feet = false;  // which has no say in it
+    const Usage usage = usage_of(EndlessLoop(kick, options).next(1700), frames);
+    EXPECT_GE(usage.share, 0.9);
+    EXPECT_LE(usage.most, 3.0 * 1700.0 / 209.0);
+  }
+}
+
+}  // namespace
+}  // namespace laban::loop
