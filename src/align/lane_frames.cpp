@@ -61,23 +61,88 @@ RowFrames PackedRows::view(int begin, int count) const {
           count, dimensions_};
 }
 
+PackedStrips::PackedStrips(const Eigen::MatrixXf& scaled, const LaneKernels& kernels)
+    : dimensions_(static_cast<int>(scaled.rows())),
+      frame_count_(static_cast<int>(scaled.cols())),
+      lanes_(kernels.lanes),
+      values_(static_cast<std::size_t>(count()) * static_cast<std::size_t>(dimensions_ * lanes_)),
+      norms_(static_cast<std::size_t>(count() * lanes_)) {
+  for (int p = 0; p < frame_count_; ++p) {
+    const auto strip = static_cast<std::size_t>(p / lanes_);
+    const auto lane = static_cast<std::size_t>(lanes_ - 1 - p % lanes_);
+    const auto lanes = static_cast<std::size_t>(lanes_);
+    for (int k = 0; k < dimensions_; ++k) {
+      values_[(strip * static_cast<std::size_t>(dimensions_) + static_cast<std::size_t>(k)) *
+                  lanes +
+              lane] = -2.0F * scaled(k, p);
+    }
+    norms_[strip * lanes + lane] = scaled.col(p).tail(dimensions_ - 1).squaredNorm();
+  }
+}
+
+SkewedRows PackedStrips::view(int n, int first, int dimensions) const {
+  return {values_.data() + (static_cast<std::ptrdiff_t>(n) * dimensions_ + first) * lanes_,
+          norms_.data() + static_cast<std::ptrdiff_t>(n) * lanes_,
+          std::min(lanes_, frame_count_ - n * lanes_), dimensions};
+}
+
+PackedFrames::PackedFrames(const Eigen::MatrixXf& scaled)
+    : dimensions_(static_cast<int>(scaled.rows())),
+      frame_count_(static_cast<int>(scaled.cols())),
+      values_(static_cast<std::size_t>(scaled.size() + scaled.cols() + 2 * kFramePadding)) {
+  float* first = values_.data() + kFramePadding;
+  Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+      first, scaled.rows(), scaled.cols()) = scaled;
+  Eigen::Map<Eigen::RowVectorXf>(first + scaled.size(), scaled.cols()) =
+      scaled.bottomRows(scaled.rows() - 1).colwise().squaredNorm();
+}
+
+FrameRows PackedFrames::view(int first) const {
+  const float* values = values_.data() + kFramePadding;
+  const std::ptrdiff_t stride = frame_count_;
+  return {values + first * stride, stride, values + dimensions_ * stride, frame_count_};
+}
+
 PackedLanes::PackedLanes(std::span<const Eigen::MatrixXf* const> scaled,
                          const LaneKernels& kernels) {
   Eigen::Index longest = 0;
   for (const Eigen::MatrixXf* sequence : scaled) longest = std::max(longest, sequence->cols());
-  frame_count_ = whole_tiles(longest);
-  const auto dimensions = static_cast<std::size_t>(scaled[0]->rows());
-  const auto lanes = static_cast<std::size_t>(kernels.lanes);
-  values_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * dimensions * lanes);
-  norms_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * lanes);
+  const auto dimensions = static_cast<int>(scaled[0]->rows());
+  make_room(longest, dimensions, kernels);
   const float* from[kMostLanes] = {};
   int count[kMostLanes] = {};
   for (std::size_t lane = 0; lane < scaled.size(); ++lane) {
     from[lane] = scaled[lane]->data();
     count[lane] = static_cast<int>(scaled[lane]->size());
   }
-  kernels.interleave(from, count, frame_count_ * static_cast<int>(dimensions), values_.data());
-  kernels.lane_norms(values_.data(), frame_count_, static_cast<int>(dimensions), norms_.data());
+  kernels.interleave(from, count, frame_count_ * dimensions, values_.data());
+  kernels.lane_norms(values_.data(), frame_count_, dimensions, norms_.data());
+}
+
+PackedLanes::PackedLanes(std::span<const PackedFrames* const> sequences, int first,
+                         const LaneKernels& kernels) {
+  int longest = 0;
+  for (const PackedFrames* sequence : sequences)
+    longest = std::max(longest, sequence->frame_count());
+  const int dimensions = sequences[0]->dimensions() - first;
+  make_room(longest, dimensions, kernels);
+  const float* from[kMostLanes] = {};
+  int count[kMostLanes] = {};
+  for (std::size_t lane = 0; lane < sequences.size(); ++lane) {
+    from[lane] = sequences[lane]->view(first).values;
+    count[lane] = sequences[lane]->frame_count();
+  }
+  kernels.interleave_rows(from, count, dimensions, frame_count_, values_.data());
+  kernels.lane_norms(values_.data(), frame_count_, dimensions, norms_.data());
+}
+
+void PackedLanes::make_room(Eigen::Index longest, Eigen::Index dimensions,
+                            const LaneKernels& kernels) {
+  frame_count_ = whole_tiles(longest);
+  const auto cells =
+      static_cast<std::size_t>(frame_count_) * static_cast<std::size_t>(kernels.lanes);
+  values_ = AlignedArray<float>(cells * static_cast<std::size_t>(dimensions));
+  norms_ = AlignedArray<float>(cells);
 }
 
 std::vector<int> longest_first(std::span<const Eigen::MatrixXd> sequences) {

@@ -62,11 +62,49 @@ class PackedRows {
   AlignedArray<float> norms_;
 };
 
+/// A sequence as rows for alignments one at a time: strips of `lanes` of them.
+class PackedStrips {
+ public:
+  /// @param scaled  D x N, of a Scaling; the norm of a frame is that of features [1, D).
+  PackedStrips(const Eigen::MatrixXf& scaled, const LaneKernels& kernels);
+
+  [[nodiscard]] int count() const noexcept { return (frame_count_ + lanes_ - 1) / lanes_; }
+  /// Features [first, first + dimensions) of strip n.
+  [[nodiscard]] SkewedRows view(int n, int first, int dimensions) const;
+
+ private:
+  int dimensions_;
+  int frame_count_;
+  int lanes_;
+  AlignedArray<float> values_;
+  AlignedArray<float> norms_;
+};
+
+/// A sequence feature by feature, for alignments one at a time.
+class PackedFrames {
+ public:
+  /// @param scaled  D x T, of a Scaling; the norm of a frame is that of features [1, D).
+  explicit PackedFrames(const Eigen::MatrixXf& scaled);
+
+  /// Features from `first` on.
+  [[nodiscard]] FrameRows view(int first) const;
+  [[nodiscard]] int dimensions() const noexcept { return dimensions_; }
+  [[nodiscard]] int frame_count() const noexcept { return frame_count_; }
+
+ private:
+  int dimensions_;
+  int frame_count_;
+  AlignedArray<float> values_;  // feature by feature, then the norms
+};
+
 /// Up to `lanes` sequences side by side as the kernels' lanes; what is padded is 0.
 class PackedLanes {
  public:
   /// @param scaled  at least one, at most kernels.lanes, each D x T_l with one D.
   PackedLanes(std::span<const Eigen::MatrixXf* const> scaled, const LaneKernels& kernels);
+  /// Features from `first` on of as many sequences.
+  PackedLanes(std::span<const PackedFrames* const> sequences, int first,
+              const LaneKernels& kernels);
 
   [[nodiscard]] LaneFrames view() const noexcept {
     return {values_.data(), norms_.data(), frame_count_};
@@ -74,6 +112,8 @@ class PackedLanes {
   [[nodiscard]] int frame_count() const noexcept { return frame_count_; }
 
  private:
+  void make_room(Eigen::Index longest, Eigen::Index dimensions, const LaneKernels& kernels);
+
   int frame_count_;  // of the longest, rounded up to whole tiles
   AlignedArray<float> values_;
   AlignedArray<float> norms_;
@@ -101,8 +141,6 @@ class LaneDtw {
   /// Of the best path to x's frame() - 1 and frame `q` of a lane's fragment.
   [[nodiscard]] float cost(int lane, int q) const { return cost_[cell(lane, q)]; }
   [[nodiscard]] int length(int lane, int q) const { return length_[cell(lane, q)]; }
-  [[nodiscard]] const float* costs() const { return cost_.data(); }
-  [[nodiscard]] const int* lengths() const { return length_.data(); }
 
  private:
   [[nodiscard]] std::size_t cell(int lane, int q) const {

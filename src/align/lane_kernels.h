@@ -34,6 +34,42 @@ struct LaneFrames {
   int count;
 };
 
+/// Frames before the first and behind the last of `FrameRows` and what belongs to them that are
+/// read, and of the costs beside them also written; what stands there does not count.
+inline constexpr int kFramePadding = 16;
+
+/// At most `lanes` rows of a sequence for `excess_strip`, the last one first: feature k of row p is
+/// values[k * lanes + lanes - 1 - p], times -2, |x_p|^2 is norms[lanes - 1 - p].
+struct SkewedRows {
+  const float* values;
+  const float* norms;
+  int count;
+  int dimensions;
+};
+
+/// A sequence feature by feature: feature k of frame q is values[k * stride + q], |y_q|^2 norms[q].
+struct FrameRows {
+  const float* values;
+  std::ptrdiff_t stride;
+  const float* norms;
+  int count;
+};
+
+/// What a path costs at least beyond a limit a cell once it has left frame q or row p (p counted as
+/// in SkewedRows): frames[q] + rows_extra[p], or rows[p] + frames_extra[q].
+struct RestOfPath {
+  const float* frames;
+  const float* frames_extra;
+  const float* rows;
+  const float* rows_extra;
+};
+
+/// Frames [begin, end).
+struct FrameRange {
+  int begin;
+  int end;
+};
+
 /// The inner loops of `align`, compiled once for every instruction set: `lanes` alignments at a
 /// time, one a SIMD lane, in single precision.
 ///
@@ -64,21 +100,24 @@ struct LaneKernels {
   void (*dtw_strip)(const RowFrames& x, const LaneFrames& y, bool first, const int* swapped,
                     float* cost, int* length);
 
-  /// As dtw_strip, on distances less `limit` and for the cost alone: above 0 at the end, every path
-  /// costs more than `limit` a cell.
-  void (*excess_strip)(const RowFrames& x, const LaneFrames& y, bool first, float limit,
-                       float* cost);
+  /// Moves the recursion of `dtw` on over x, for one sequence y alone, on distances less `limit`
+  /// and for the cost alone: paths that `rest` takes above 0 are given up, so a path to the end of
+  /// both is left only if it may cost `limit` a cell or less.
+  ///
+  /// cost[q], -kFramePadding <= q < y.count + kFramePadding, is of the best path to the row before
+  /// x's first, infinity where there is none or it was given up (before the first row of all, 0 at
+  /// q = -1 alone), overwritten by those to x's last. `live` holds all other q >= 0.
+  /// @returns where paths are left.
+  FrameRange (*excess_strip)(const SkewedRows& x, const FrameRows& y, float limit,
+                             const RestOfPath& rest, FrameRange live, float* cost);
 
   /// to[n * lanes + l] = from[l][n] for all n < count[l], else 0, n < most_count.
   void (*interleave)(const float* const* from, const int* count, int most_count, float* to);
 
-  /// For every lane the least, over all frames q < frame_count[l] of its fragment, of
-  ///   cost - limit length + max(rows[l] + frames_extra[q], frames[q] + rows_extra[l]):
-  /// what early abandoning compares with 0 (nearest_fragments.cpp). cost, length, frames and
-  /// frames_extra are count x lanes.
-  void (*strip_bound)(const float* cost, const int* length, const float* frames,
-                      const float* frames_extra, const float* rows, const float* rows_extra,
-                      float limit, int count, const int* frame_count, float* bound);
+  /// to[(q * dimensions + k) * lanes + l] = from[l][k * count[l] + q] for all q < count[l], else 0,
+  /// q < most_count.
+  void (*interleave_rows)(const float* const* from, const int* count, int dimensions,
+                          int most_count, float* to);
 
   /// Squared distances between boxes of two sequences, row_count x box_count x lanes, and the least
   /// of each row (row_least, row_count x lanes) and of each box (box_least, box_count x lanes).

@@ -22,8 +22,7 @@ using Eigen::Index;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Leading coordinates that are bounded on their own, by the boxes and by screening; the others are
 // by their norm. Of joint angles 8 hold most of the variance, 20 nearly all.
-constexpr Index kBoxCoordinates = 8;
-constexpr Index kScreenCoordinates = 20;
+constexpr Index kLeadingCoordinates = 20;
 constexpr Index kMostAxisFrames = 20000;  // the axes need not be exact to be axes
 
 int box_count_for(Index frames) {
@@ -55,19 +54,24 @@ Eigen::MatrixXd principal_axes(std::span<const Eigen::MatrixXd> fragments,
   return solver.eigenvectors().rowwise().reverse().transpose();
 }
 
-// The leading coordinates of each frame, and the norm of all others (whose difference is at most
-// the others' distance): distances of these are never greater than those of the frames.
-Eigen::MatrixXf bounded_values(const Eigen::MatrixXf& rotated, Index coordinates) {
-  const Index leading = std::min(rotated.rows(), coordinates);
-  Eigen::MatrixXf values(leading + 1, rotated.cols());
-  values.topRows(leading) = rotated.topRows(leading);
-  values.row(leading) = rotated.bottomRows(rotated.rows() - leading).colwise().norm();
+// The norm of all coordinates but the leading ones, whose difference is at most the distance of
+// these coordinates: beside the leading ones it bounds distances from below.
+Eigen::RowVectorXf norm_behind(const Eigen::MatrixXf& rotated, Index leading) {
+  return rotated.bottomRows(std::max<Index>(rotated.rows() - leading, 0)).colwise().norm();
+}
+
+// What screening looks at first, then the rest: norm_behind, then all coordinates.
+Eigen::MatrixXf screened_first(const Eigen::MatrixXf& rotated) {
+  Eigen::MatrixXf values(rotated.rows() + 1, rotated.cols());
+  values << norm_behind(rotated, kLeadingCoordinates), rotated;
   return values;
 }
 
 // Lower bounds, then upper bounds, a column a box.
 Eigen::MatrixXf boxes_of(const Eigen::MatrixXf& rotated) {
-  const Eigen::MatrixXf values = bounded_values(rotated, kBoxCoordinates);
+  const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
+  Eigen::MatrixXf values(leading + 1, rotated.cols());
+  values << rotated.topRows(leading), norm_behind(rotated, leading);
   Eigen::MatrixXf boxes(2 * values.rows(), box_count_for(values.cols()));
   for (Index n = 0; n < boxes.cols(); ++n) {
     const auto part =
@@ -92,7 +96,7 @@ BoxGroup box_group(std::span<const Eigen::MatrixXf* const> rotated, std::size_t 
     group.box_count = std::max(group.box_count, box_count_for(fragment->cols()));
   }
   const auto height =
-      static_cast<std::size_t>(2 * (std::min(rotated[0]->rows(), kBoxCoordinates) + 1));
+      static_cast<std::size_t>(2 * (std::min(rotated[0]->rows(), kLeadingCoordinates) + 1));
   const auto count = static_cast<std::size_t>(group.box_count);
   group.boxes = AlignedArray<float>(count * height * lanes);
   group.frames = AlignedArray<int>(count * lanes);
@@ -120,22 +124,20 @@ void require_usable(int count, std::span<const int> candidates, std::size_t frag
   }
 }
 
-}  // namespace
-
-struct FragmentIndex::Data {
+// What a FragmentIndex keeps of its fragments.
+struct PreparedFragments {
   const LaneKernels& kernels = lane_kernels();
   std::size_t lanes = static_cast<std::size_t>(kernels.lanes);
   std::span<const Eigen::MatrixXd> fragments;
   Scaling scaling;
-  Eigen::MatrixXd axes;                  // D x D
-  std::vector<Eigen::MatrixXf> rotated;  // one a fragment, scaled
-  std::vector<Eigen::MatrixXf> bounded;  // what screening sees of them
-  float largest_norm = 0.0F;             // squared, of all frames
-  std::vector<BoxGroup> groups;          // fragments by falling length
-  std::vector<int> order;                // fragment at each place, group * lanes + lane
-  std::vector<std::size_t> place;        // of each fragment
+  Eigen::MatrixXd axes;              // D x D
+  std::vector<PackedFrames> packed;  // one a fragment, scaled: screened_first
+  float largest_norm = 0.0F;         // squared, of all frames
+  std::vector<BoxGroup> groups;      // fragments by falling length
+  std::vector<int> order;            // fragment at each place, group * lanes + lane
+  std::vector<std::size_t> place;    // of each fragment
 
-  explicit Data(std::span<const Eigen::MatrixXd> all) : fragments(all) {
+  explicit PreparedFragments(std::span<const Eigen::MatrixXd> all) : fragments(all) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       const std::string place_name = "nearest: fragment " + std::to_string(i);
       require_sequence(all[i], place_name);
@@ -144,12 +146,13 @@ struct FragmentIndex::Data {
     if (all.empty()) throw Error(ErrorKind::kData, "nearest: no fragment, at least one is needed");
     scaling = Scaling::of(all);
     axes = principal_axes(all, scaling.center);
+    std::vector<Eigen::MatrixXf> rotated;
     for (const Eigen::MatrixXd& fragment : all) {
       rotated.push_back(rotate(fragment, scaling));
-      bounded.push_back(bounded_values(rotated.back(), kScreenCoordinates));
+      packed.emplace_back(screened_first(rotated.back()));
       largest_norm = std::max(largest_norm, rotated.back().colwise().squaredNorm().maxCoeff());
     }
-    add_groups();
+    add_groups(rotated);
   }
 
   [[nodiscard]] Eigen::MatrixXf rotate(const Eigen::Ref<const Eigen::MatrixXd>& sequence,
@@ -157,7 +160,7 @@ struct FragmentIndex::Data {
     return (axes * ((sequence.colwise() - scale.center) * scale.factor)).cast<float>();
   }
 
-  void add_groups() {
+  void add_groups(const std::vector<Eigen::MatrixXf>& rotated) {
     order = longest_first(fragments);
     place.resize(order.size());
     std::vector<const Eigen::MatrixXf*> group;
@@ -172,48 +175,203 @@ struct FragmentIndex::Data {
   }
 };
 
-namespace {
-
-// A lower bound of what an alignment of N query frames with M fragment frames costs beyond `limit`
-// a cell. A path has a cell a query frame at least, and each further cell is the first of a
-// fragment frame (and the other way round). So it costs more than `limit` a cell if
+// Lower bounds of what an alignment of N query frames with M fragment frames costs beyond `limit` a
+// cell. A path has a cell a query frame at least, and each further cell is the first of a fragment
+// frame (and the other way round). So it costs more than `limit` a cell if
 //
 //   sum over frames p of (d(p, .) - limit) + sum over frames q of min(0, d(., q) - limit) > 0,
 //
 // where the first sum is at least the cheapest monotone path's through the boxes. The greater of
-// both ways round counts.
-struct BoundParts {
-  double path_by_rows = 0.0;     // sum of d(p, .), along the cheapest path through the boxes
-  double path_by_boxes = 0.0;    // sum of d(., q), likewise
-  std::vector<float> row_least;  // d(p, .), a row box
-  std::vector<float> box_least;  // d(., q), a fragment's box
+// both ways round counts. The same holds of what is left of a path behind a cell.
+struct BoxBound {
+  float path_by_rows = 0.0F;   // sum of d(p, .), along the cheapest path through the boxes
+  float path_by_boxes = 0.0F;  // sum of d(., q), likewise
+  // d(p, .) of each box of rows and d(., q) of each of the fragment's boxes, `lanes` apart.
+  const float* row_least = nullptr;
+  const float* box_least = nullptr;
+  std::size_t lanes = 0;
+  Index rows = 0;
+  Index frames = 0;
 
-  // sum over the frames behind box n - 1 of d - limit, and of min(0, d - limit).
-  struct Rest {
-    double all = 0.0;
-    double extra = 0.0;
-  };
-  static Rest rest_from(int n, const std::vector<float>& least, Index frames, float limit) {
-    Rest rest;
-    for (; n < static_cast<int>(least.size()); ++n) {
-      const double beyond = least[static_cast<std::size_t>(n)] - limit;
-      rest.all += frames_in_box(n, frames) * beyond;
-      rest.extra += frames_in_box(n, frames) * std::min(0.0, beyond);
-    }
-    return rest;
+  [[nodiscard]] float of_row(Index p) const {
+    return row_least[static_cast<std::size_t>(p / kBoxFrames) * lanes];
+  }
+  [[nodiscard]] float of_frame(Index q) const {
+    return box_least[static_cast<std::size_t>(q / kBoxFrames) * lanes];
   }
 
-  [[nodiscard]] double beyond(float limit, Index rows, Index frames) const {
-    const double by_rows = path_by_rows - static_cast<double>(limit) * static_cast<double>(rows) +
-                           rest_from(0, box_least, frames, limit).extra;
-    const double by_boxes = path_by_boxes -
-                            static_cast<double>(limit) * static_cast<double>(frames) +
-                            rest_from(0, row_least, rows, limit).extra;
-    return std::max(by_rows, by_boxes);
+  [[nodiscard]] float beyond(float limit) const {
+    float row_extra = 0.0F;
+    for (int n = 0; n < box_count_for(rows); ++n) {
+      row_extra += static_cast<float>(frames_in_box(n, rows)) *
+                   std::min(0.0F, of_row(n * kBoxFrames) - limit);
+    }
+    float frame_extra = 0.0F;
+    for (int n = 0; n < box_count_for(frames); ++n) {
+      frame_extra += static_cast<float>(frames_in_box(n, frames)) *
+                     std::min(0.0F, of_frame(n * kBoxFrames) - limit);
+    }
+    return std::max(path_by_rows - limit * static_cast<float>(rows) + frame_extra,
+                    path_by_boxes - limit * static_cast<float>(frames) + row_extra);
   }
 };
 
+// The bounds of all fragments with one query.
+class BoxBounds {
+ public:
+  BoxBounds(const PreparedFragments& data, const Eigen::MatrixXf& rotated)
+      : data_(data),
+        rows_(rotated.cols()),
+        boxes_(boxes_of(rotated)),
+        group_at_(data.groups.size()) {
+    std::size_t size = 0;
+    for (std::size_t g = 0; g < group_at_.size(); ++g) {
+      group_at_[g] = size;
+      size += (row_boxes() + boxes_of_group(g) + 2) * data.lanes;
+    }
+    numbers_ = AlignedArray<float>(size);
+  }
+
+  // Of these fragments and what shares their lanes.
+  void fill(std::span<const int> fragments) {
+    std::vector<bool> wanted(data_.groups.size());
+    for (const int i : fragments) {
+      wanted[data_.place[static_cast<std::size_t>(i)] / data_.lanes] = true;
+    }
+    Scratch scratch(row_boxes(), boxes_of_group(0), data_.lanes);
+    for (std::size_t n = 0; n < row_boxes(); ++n) {
+      scratch.row_frames.push_back(frames_in_box(static_cast<int>(n), rows_));
+    }
+    for (std::size_t g = 0; g < wanted.size(); ++g) {
+      if (wanted[g]) fill_group(g, scratch);
+    }
+  }
+
+  [[nodiscard]] BoxBound of(int fragment) const {
+    const std::size_t place = data_.place[static_cast<std::size_t>(fragment)];
+    const std::size_t group = place / data_.lanes;
+    const float* at = numbers_.data() + group_at_[group] + place % data_.lanes;
+    BoxBound bound;
+    bound.path_by_rows = at[0];
+    bound.path_by_boxes = at[data_.lanes];
+    bound.row_least = at + 2 * data_.lanes;
+    bound.box_least = at + (2 + row_boxes()) * data_.lanes;
+    bound.lanes = data_.lanes;
+    bound.rows = rows_;
+    bound.frames = data_.fragments[static_cast<std::size_t>(fragment)].cols();
+    return bound;
+  }
+
+ private:
+  // Room for the longest group.
+  struct Scratch {
+    AlignedArray<float> distances;
+    AlignedArray<float> path;
+    AlignedArray<float> ends;
+    std::vector<int> row_frames;
+
+    Scratch(std::size_t rows, std::size_t boxes, std::size_t lanes)
+        : distances(rows * boxes * lanes),
+          path(std::max(rows, boxes) * lanes),
+          ends(boxes * lanes) {}
+  };
+
+  [[nodiscard]] std::size_t row_boxes() const { return static_cast<std::size_t>(boxes_.cols()); }
+  [[nodiscard]] std::size_t boxes_of_group(std::size_t group) const {
+    return static_cast<std::size_t>(data_.groups[group].box_count);
+  }
+
+  void fill_group(std::size_t number, Scratch& scratch) {
+    const BoxGroup& group = data_.groups[number];
+    const auto rows = static_cast<int>(row_boxes());
+    const std::size_t lanes = data_.lanes;
+    float* paths = numbers_.data() + group_at_[number];
+    data_.kernels.box_distances(boxes_.data(), rows, group.boxes.data(), group.box_count,
+                                static_cast<int>(boxes_.rows() / 2), scratch.distances.data(),
+                                paths + 2 * lanes, paths + (2 + row_boxes()) * lanes);
+    data_.kernels.path_by_boxes(scratch.distances.data(), group.frames.data(), rows,
+                                group.box_count, scratch.path.data(), scratch.ends.data());
+    data_.kernels.path_by_rows(scratch.distances.data(), scratch.row_frames.data(), rows,
+                               group.box_count, scratch.path.data());
+    for (std::size_t l = 0; l < lanes && number * lanes + l < data_.order.size(); ++l) {
+      const auto fragment = static_cast<std::size_t>(data_.order[number * lanes + l]);
+      const auto last =
+          static_cast<std::size_t>(box_count_for(data_.fragments[fragment].cols()) - 1);
+      paths[l] = scratch.path[last * lanes + l];
+      paths[lanes + l] = scratch.ends[last * lanes + l];
+    }
+  }
+
+  const PreparedFragments& data_;
+  Index rows_;
+  Eigen::MatrixXf boxes_;              // of the query
+  std::vector<std::size_t> group_at_;  // in numbers_: by rows, by boxes, row_least, box_least
+  AlignedArray<float> numbers_;
+};
+
+// What is left of paths behind each frame of a query and a fragment (RestOfPath).
+class Rest {
+ public:
+  Rest(Index rows, Index most_frames, std::size_t lanes)
+      : lanes_(lanes),
+        rows_((static_cast<std::size_t>(rows) + lanes - 1) / lanes * lanes),
+        rows_extra_(rows_),
+        frames_(static_cast<std::size_t>(most_frames + 2 * kFramePadding)),
+        frames_extra_(frames_) {}
+
+  void fill(const BoxBound& bound, float limit) {
+    const Sum end;
+    std::fill(rows_.begin(), rows_.end(), kInfinity);
+    std::fill(rows_extra_.begin(), rows_extra_.end(), kInfinity);
+    Sum sum = end;
+    for (Index p = bound.rows - 1; p >= 0; --p) {
+      const auto cell = static_cast<std::size_t>(p) / lanes_ * lanes_ +
+                        (lanes_ - 1 - static_cast<std::size_t>(p) % lanes_);
+      rows_[cell] = sum.all;
+      rows_extra_[cell] = sum.extra;
+      sum.add(bound.of_row(p) - limit);
+    }
+    sum = end;
+    const Index behind = bound.frames + kFramePadding;
+    std::fill(frames_.begin() + behind, frames_.begin() + behind + kFramePadding, kInfinity);
+    std::fill(frames_extra_.begin() + behind, frames_extra_.begin() + behind + kFramePadding,
+              kInfinity);
+    for (Index q = bound.frames - 1; q >= 0; --q) {
+      const auto cell = static_cast<std::size_t>(q + kFramePadding);
+      frames_[cell] = sum.all;
+      frames_extra_[cell] = sum.extra;
+      sum.add(bound.of_frame(q) - limit);
+    }
+  }
+
+  // For the rows of strip n.
+  [[nodiscard]] RestOfPath view(int n) const {
+    const std::size_t first = static_cast<std::size_t>(n) * lanes_;
+    return {frames_.data() + kFramePadding, frames_extra_.data() + kFramePadding,
+            rows_.data() + first, rows_extra_.data() + first};
+  }
+
+ private:
+  struct Sum {
+    float all = 0.0F;
+    float extra = 0.0F;
+    void add(float beyond) {
+      all += beyond;
+      extra += std::min(0.0F, beyond);
+    }
+  };
+  std::size_t lanes_;
+  std::vector<float> rows_;
+  std::vector<float> rows_extra_;
+  std::vector<float> frames_;
+  std::vector<float> frames_extra_;
+};
+
 }  // namespace
+
+struct FragmentIndex::Data : PreparedFragments {
+  using PreparedFragments::PreparedFragments;
+};
 
 // One query.
 class FragmentIndex::Search {
@@ -221,39 +379,46 @@ class FragmentIndex::Search {
   Search(const Data& data, const Eigen::Ref<const Eigen::MatrixXd>& features, int count)
       : data_(data),
         rotated_(data.rotate(features, data.scaling)),
-        bounded_(bounded_values(rotated_, kScreenCoordinates)),
         rows_(rotated_, data.kernels),
-        bounded_rows_(bounded_, data.kernels),
+        strips_(screened_first(rotated_), data.kernels),
         count_(static_cast<std::size_t>(count)),
         slack_(1e-6F * (data.largest_norm + rotated_.colwise().squaredNorm().maxCoeff())) {}
 
-  // Aligns with the candidates. Pruning: in the order of their bounds, `lanes` of those that the
-  // bounds leave at a time, so that the limit falls quickly.
-  void run(std::vector<int> candidates, bool prune) {
-    if (!prune) {
-      sort_by_length(candidates);
-      return for_each_group(candidates, [&](std::span<const int> group) { align(group, false); });
-    }
-    bound(candidates);
-    sort_by_bound(candidates);
-    std::vector<int> left;
-    for (std::size_t begin = 0; begin < candidates.size();) {
-      std::vector<int> batch;
-      const std::size_t most = begin == 0 ? data_.lanes : kBatchGroups * data_.lanes;
-      for (; begin < candidates.size() && batch.size() < most; ++begin) {
-        if (!excluded(candidates[begin])) batch.push_back(candidates[begin]);
-      }
-      sort_by_length(batch);
-      for_each_group(batch, [&](std::span<const int> group) { screen(group, left); });
-      const std::size_t whole =
-          begin < candidates.size() ? left.size() / data_.lanes * data_.lanes : left.size();
-      const std::vector<int> now(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(whole));
-      left.erase(left.begin(), left.begin() + static_cast<std::ptrdiff_t>(whole));
-      for_each_group(now, [&](std::span<const int> group) { align(group, true); });
-    }
+  void run_all(std::vector<int> candidates) {
+    std::sort(candidates.begin(), candidates.end(), [&](int a, int b) {
+      return frames_of(a) != frames_of(b) ? frames_of(a) > frames_of(b) : a < b;
+    });
+    for (std::size_t n = 0; n < candidates.size(); n += data_.lanes) align(group(candidates, n));
   }
 
-  // Frames of the fragments beside which a cell was computed, times those of the query.
+  // In the order of their bounds, so that the limit falls quickly.
+  void run_pruned(std::vector<int> candidates) {
+    BoxBounds bounds(data_, rotated_);
+    bounds.fill(candidates);
+    const std::size_t begin = take_nearest(bounds, candidates, seed_count(candidates.size()));
+    for (std::size_t n = 0; n < begin; n += data_.lanes)
+      align(group(std::span(candidates).first(begin), n));
+    candidates.erase(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(begin));
+    std::erase_if(candidates, [&](int i) { return bounds.of(i).beyond(limit()) > 0.0F; });
+    take_nearest(bounds, candidates, candidates.size());
+    Rest rest(rotated_.cols(), longest(candidates), data_.lanes);
+    costs_ = AlignedArray<float>(static_cast<std::size_t>(longest(candidates) + 2 * kFramePadding));
+    std::vector<int> left;
+    for (const int i : candidates) {
+      const BoxBound bound = bounds.of(i);
+      const float most = limit();
+      if (bound.beyond(most) > 0.0F) continue;
+      rest.fill(bound, most);
+      if (!may_be_near(i, rest, most)) continue;
+      left.push_back(i);
+      if (left.size() < data_.lanes) continue;
+      align(left);
+      left.clear();
+    }
+    if (!left.empty()) align(left);
+  }
+
+  // Of the fragments, beside which all coordinates were compared, times those of the query.
   [[nodiscard]] double cells() const { return cells_; }
 
   // The nearest of what was aligned to the end.
@@ -269,6 +434,11 @@ class FragmentIndex::Search {
   [[nodiscard]] Index frames_of(int fragment) const {
     return data_.fragments[static_cast<std::size_t>(fragment)].cols();
   }
+  [[nodiscard]] Index longest(std::span<const int> fragments) const {
+    Index most = 0;
+    for (const int i : fragments) most = std::max(most, frames_of(i));
+    return most;
+  }
 
   // No fragment of a dearer mean cell is among the nearest `count`, single precision included.
   [[nodiscard]] float limit() const {
@@ -276,209 +446,83 @@ class FragmentIndex::Search {
     return best_.back() * (1.0F + 1e-5F) + slack_;
   }
 
-  void bound(const std::vector<int>& candidates) {
-    bounds_.resize(data_.fragments.size());
-    std::vector<bool> wanted(data_.groups.size());
+  // How many are aligned before anything is left out: of many a few groups, so that the limit is
+  // near the last one.
+  [[nodiscard]] std::size_t seed_count(std::size_t candidate_count) const {
+    const std::size_t groups = std::clamp<std::size_t>(candidate_count / (12 * data_.lanes), 1, 3);
+    return std::max(count_, groups * data_.lanes);
+  }
+
+  [[nodiscard]] std::span<const int> group(std::span<const int> fragments,
+                                           std::size_t begin) const {
+    return fragments.subspan(begin, std::min(data_.lanes, fragments.size() - begin));
+  }
+
+  // Sorts those to the front of which a cell costs least along the cheapest path through the boxes;
+  // any order is right, this one is quick. @returns how many were sorted, at most `count`.
+  std::size_t take_nearest(const BoxBounds& bounds, std::vector<int>& candidates,
+                           std::size_t count) {
+    keys_.resize(data_.fragments.size());
     for (const int i : candidates) {
-      wanted[data_.place[static_cast<std::size_t>(i)] / data_.lanes] = true;
+      const BoxBound bound = bounds.of(i);
+      keys_[static_cast<std::size_t>(i)] = std::max(bound.path_by_rows, bound.path_by_boxes) /
+                                           static_cast<float>(std::max(bound.rows, bound.frames));
     }
-    const Eigen::MatrixXf boxes = boxes_of(rotated_);
-    const auto most_boxes = static_cast<std::size_t>(data_.groups[0].box_count);
-    BoundScratch scratch(static_cast<std::size_t>(boxes.cols()), most_boxes, data_.lanes);
-    for (int n = 0; n < boxes.cols(); ++n) {
-      scratch.row_frames.push_back(frames_in_box(n, rotated_.cols()));
-    }
-    for (std::size_t g = 0; g < data_.groups.size(); ++g) {
-      if (wanted[g]) bound_group(g, boxes, scratch);
-    }
+    count = std::min(count, candidates.size());
+    std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count),
+                      candidates.end(), [&](int a, int b) {
+                        const float key_a = keys_[static_cast<std::size_t>(a)];
+                        const float key_b = keys_[static_cast<std::size_t>(b)];
+                        return key_a != key_b ? key_a < key_b : a < b;
+                      });
+    return count;
   }
 
-  // Room for the longest group.
-  struct BoundScratch {
-    AlignedArray<float> distances;
-    AlignedArray<float> row_least;
-    AlignedArray<float> box_least;
-    AlignedArray<float> path;
-    AlignedArray<float> ends;
-    std::vector<int> row_frames;
+  // Whether a path costs `most` a cell or less: by the leading coordinates, a third of the work,
+  // then by all of them.
+  [[nodiscard]] bool may_be_near(int fragment, const Rest& rest, float most) {
+    const FrameRows frames = data_.packed[static_cast<std::size_t>(fragment)].view(0);
+    const auto coordinates = static_cast<int>(rotated_.rows());
+    const int screened = std::min(static_cast<int>(kLeadingCoordinates), coordinates);
+    if (!has_path(frames, 0, 1 + screened, rest, most)) return false;
+    if (has_path(data_.packed[static_cast<std::size_t>(fragment)].view(1), 1, coordinates, rest,
+                 most))
+      return true;
+    cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames.count);
+    return false;
+  }
 
-    BoundScratch(std::size_t rows, std::size_t boxes, std::size_t lanes)
-        : distances(rows * boxes * lanes),
-          row_least(rows * lanes),
-          box_least(boxes * lanes),
-          path(std::max(rows, boxes) * lanes),
-          ends(boxes * lanes) {}
-  };
-
-  void bound_group(std::size_t number, const Eigen::MatrixXf& query, BoundScratch& scratch) {
-    const BoxGroup& group = data_.groups[number];
-    const auto rows = static_cast<int>(query.cols());
-    const std::size_t lanes = data_.lanes;
-    data_.kernels.box_distances(query.data(), rows, group.boxes.data(), group.box_count,
-                                static_cast<int>(query.rows() / 2), scratch.distances.data(),
-                                scratch.row_least.data(), scratch.box_least.data());
-    data_.kernels.path_by_boxes(scratch.distances.data(), group.frames.data(), rows,
-                                group.box_count, scratch.path.data(), scratch.ends.data());
-    data_.kernels.path_by_rows(scratch.distances.data(), scratch.row_frames.data(), rows,
-                               group.box_count, scratch.path.data());
-    for (std::size_t l = 0; l < lanes && number * lanes + l < data_.order.size(); ++l) {
-      const int fragment = data_.order[number * lanes + l];
-      BoundParts& parts = bounds_[static_cast<std::size_t>(fragment)];
-      const auto boxes = static_cast<std::size_t>(box_count_for(frames_of(fragment)));
-      parts.path_by_rows = scratch.path[(boxes - 1) * lanes + l];
-      parts.path_by_boxes = scratch.ends[(boxes - 1) * lanes + l];
-      parts.row_least.resize(static_cast<std::size_t>(rows));
-      for (std::size_t n = 0; n < parts.row_least.size(); ++n) {
-        parts.row_least[n] = scratch.row_least[n * lanes + l];
-      }
-      parts.box_least.resize(boxes);
-      for (std::size_t n = 0; n < boxes; ++n) {
-        parts.box_least[n] = scratch.box_least[n * lanes + l];
-      }
+  // The same by `dimensions` rows of screened_first from `first` on, which `frames` are.
+  [[nodiscard]] bool has_path(const FrameRows& frames, int first, int dimensions, const Rest& rest,
+                              float most) {
+    float* cost = costs_.data() + kFramePadding;
+    std::fill_n(costs_.data(), frames.count + 2 * kFramePadding, kInfinity);
+    cost[-1] = 0.0F;
+    FrameRange live = {0, 0};
+    for (int n = 0; n < strips_.count(); ++n) {
+      live = data_.kernels.excess_strip(strips_.view(n, first, dimensions), frames, most,
+                                        rest.view(n), live, cost);
+      if (live.begin >= live.end) return false;
     }
+    return live.end == frames.count;
   }
 
-  // By what a cell costs at least along the cheapest path; any order is right, this one is quick.
-  void sort_by_bound(std::vector<int>& candidates) const {
-    std::vector<double> key(data_.fragments.size());
-    for (const int i : candidates) {
-      const BoundParts& parts = bounds_[static_cast<std::size_t>(i)];
-      key[static_cast<std::size_t>(i)] =
-          std::max(parts.path_by_rows, parts.path_by_boxes) /
-          static_cast<double>(std::max(rotated_.cols(), frames_of(i)));
-    }
-    std::sort(candidates.begin(), candidates.end(), [&](int a, int b) {
-      const double key_a = key[static_cast<std::size_t>(a)];
-      const double key_b = key[static_cast<std::size_t>(b)];
-      return key_a != key_b ? key_a < key_b : a < b;
-    });
-  }
-
-  [[nodiscard]] bool excluded(int fragment) const {
-    const float most = limit();
-    return most < kInfinity && bounds_[static_cast<std::size_t>(fragment)].beyond(
-                                   most, rotated_.cols(), frames_of(fragment)) > 0.0;
-  }
-
-  void sort_by_length(std::vector<int>& fragments) const {
-    std::sort(fragments.begin(), fragments.end(), [&](int a, int b) {
-      return frames_of(a) != frames_of(b) ? frames_of(a) > frames_of(b) : a < b;
-    });
-  }
-
-  template <typename Work>
-  void for_each_group(std::span<const int> fragments, const Work& work) const {
-    for (std::size_t begin = 0; begin < fragments.size(); begin += data_.lanes) {
-      work(fragments.subspan(begin, std::min(data_.lanes, fragments.size() - begin)));
-    }
-  }
-
-  [[nodiscard]] PackedLanes packed(std::span<const int> fragments,
-                                   const std::vector<Eigen::MatrixXf>& values) const {
-    std::vector<const Eigen::MatrixXf*> lanes;
-    for (const int i : fragments) lanes.push_back(&values[static_cast<std::size_t>(i)]);
-    return {lanes, data_.kernels};
-  }
-
-  // Aligns the bounded values alone, a fifth of the work, and keeps those that may be near.
-  void screen(std::span<const int> fragments, std::vector<int>& left) {
-    const float most = limit();
-    if (!(most < kInfinity)) {
-      left.insert(left.end(), fragments.begin(), fragments.end());
-      return;
-    }
-    const PackedLanes lanes = packed(fragments, data_.bounded);
-    const GroupRest rest = rest_of(fragments, lanes.frame_count(), most);
-    const auto cell_count = static_cast<std::size_t>(lanes.frame_count()) * data_.lanes;
-    AlignedArray<float> cost(cell_count);
-    const AlignedArray<int> no_length(cell_count);
-    const int row_count = bounded_rows_.frame_count();
-    for (int frame = 0; frame < row_count;) {
-      const int count = std::min(kMostStripRows, row_count - frame);
-      data_.kernels.excess_strip(bounded_rows_.view(frame, count), lanes.view(), frame == 0, most,
-                                 cost.data());
-      frame += count;
-      if (all_beyond(cost.data(), no_length.data(), frame, rest, fragments, most)) return;
-    }
-    for (std::size_t l = 0; l < fragments.size(); ++l) {
-      const auto last = static_cast<std::size_t>(frames_of(fragments[l]) - 1);
-      if (!(cost[last * data_.lanes + l] > 0.0F)) left.push_back(fragments[l]);
-    }
-  }
-
-  void align(std::span<const int> fragments, bool prune) {
-    const PackedLanes lanes = packed(fragments, data_.rotated);
-    const float most = prune ? limit() : kInfinity;
-    const GroupRest rest =
-        most < kInfinity ? rest_of(fragments, lanes.frame_count(), most) : GroupRest{};
+  void align(std::span<const int> fragments) {
+    std::vector<const PackedFrames*> packed;
+    for (const int i : fragments) packed.push_back(&data_.packed[static_cast<std::size_t>(i)]);
+    const PackedLanes lanes(packed, 1, data_.kernels);
     const std::array<bool, kMostLanes> swapped = {};
     LaneDtw dtw(data_.kernels, lanes.frame_count());
     dtw.begin(rows_, lanes, swapped.data());
-    bool hopeless = false;
-    do {
-      hopeless = most < kInfinity &&
-                 all_beyond(dtw.costs(), dtw.lengths(), dtw.frame(), rest, fragments, most);
-    } while (!hopeless && dtw.advance());
+    while (dtw.advance()) {
+    }
     for (std::size_t l = 0; l < fragments.size(); ++l) {
       const Index frames = frames_of(fragments[l]);
-      cells_ += static_cast<double>(dtw.frame()) * static_cast<double>(frames);
-      if (hopeless) continue;
+      cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames);
       const int last = static_cast<int>(frames) - 1;
       const auto lane = static_cast<int>(l);
       insert(fragments[l], dtw.cost(lane, last), dtw.length(lane, last));
     }
-  }
-
-  // What the fragment's frames behind each one cost at least beyond the limit (see BoundParts).
-  struct GroupRest {
-    int padded_count = 0;
-    AlignedArray<float> frames;
-    AlignedArray<float> frames_extra;
-    std::array<int, kMostLanes> frame_count = {};
-  };
-
-  [[nodiscard]] GroupRest rest_of(std::span<const int> fragments, int frame_count,
-                                  float most) const {
-    const std::size_t lanes = data_.lanes;
-    GroupRest rest{frame_count, AlignedArray<float>(static_cast<std::size_t>(frame_count) * lanes),
-                   AlignedArray<float>(static_cast<std::size_t>(frame_count) * lanes)};
-    for (std::size_t l = 0; l < fragments.size(); ++l) {
-      const std::vector<float>& least = bounds_[static_cast<std::size_t>(fragments[l])].box_least;
-      rest.frame_count[l] = static_cast<int>(frames_of(fragments[l]));
-      float all = 0.0F;
-      float extra = 0.0F;
-      for (int q = rest.frame_count[l] - 1; q >= 0; --q) {
-        const auto cell = static_cast<std::size_t>(q) * lanes + l;
-        rest.frames[cell] = all;
-        rest.frames_extra[cell] = extra;
-        const float beyond = least[static_cast<std::size_t>(q / kBoxFrames)] - most;
-        all += beyond;
-        extra += std::min(0.0F, beyond);
-      }
-    }
-    return rest;
-  }
-
-  // No path through what is done and what is left stays within `most` a cell, in any lane.
-  [[nodiscard]] bool all_beyond(const float* cost, const int* length, int frame,
-                                const GroupRest& rest, std::span<const int> fragments,
-                                float most) const {
-    static_assert(kMostStripRows % kBoxFrames == 0, "a strip ends where a box does");
-    std::array<float, kMostLanes> rows = {};
-    std::array<float, kMostLanes> rows_extra = {};
-    for (std::size_t l = 0; l < fragments.size(); ++l) {
-      const auto& bounds = bounds_[static_cast<std::size_t>(fragments[l])];
-      const BoundParts::Rest left =
-          BoundParts::rest_from(box_count_for(frame), bounds.row_least, rotated_.cols(), most);
-      rows[l] = static_cast<float>(left.all);
-      rows_extra[l] = static_cast<float>(left.extra);
-    }
-    std::array<float, kMostLanes> bound = {};
-    data_.kernels.strip_bound(cost, length, rest.frames.data(), rest.frames_extra.data(),
-                              rows.data(), rows_extra.data(), most, rest.padded_count,
-                              rest.frame_count.data(), bound.data());
-    return std::all_of(bound.begin(), bound.begin() + static_cast<std::ptrdiff_t>(fragments.size()),
-                       [](float beyond) { return beyond > 0.0F; });
   }
 
   void insert(int fragment, float cost, int length) {
@@ -489,17 +533,15 @@ class FragmentIndex::Search {
     if (best_.size() > count_) best_.pop_back();
   }
 
-  static constexpr std::size_t kBatchGroups = 4;
-
   const Data& data_;
   Eigen::MatrixXf rotated_;
-  Eigen::MatrixXf bounded_;
   PackedRows rows_;
-  PackedRows bounded_rows_;
+  PackedStrips strips_;  // screened_first
   std::size_t count_;
-  float slack_;  // what single precision may be wrong by, a cell
-  std::vector<BoundParts> bounds_;
-  std::vector<float> best_;  // the least mean costs so far, at most count_
+  float slack_;                // what single precision may be wrong by, a cell
+  std::vector<float> keys_;    // what candidates are sorted by
+  AlignedArray<float> costs_;  // of has_path
+  std::vector<float> best_;    // the least mean costs so far, at most count_
   std::vector<Neighbor> aligned_;
   double cells_ = 0.0;
 };
@@ -526,7 +568,11 @@ NearestFragments FragmentIndex::nearest(const Eigen::Ref<const Eigen::MatrixXd>&
     frames += static_cast<double>(data_->fragments[static_cast<std::size_t>(i)].cols());
   }
   Search search(*data_, features, count);
-  search.run(std::move(all), options.prune);
+  if (options.prune) {
+    search.run_pruned(std::move(all));
+  } else {
+    search.run_all(std::move(all));
+  }
   return {search.nearest(), 1.0 - search.cells() / (frames * static_cast<double>(features.cols()))};
 }
 

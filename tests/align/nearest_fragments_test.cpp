@@ -96,6 +96,45 @@ TEST(FragmentIndex, FindsTheNearestByDefinitionWithBothKindsOfKernels) {
   }
 }
 
+// As captures are: many coordinates, few of which hold most of the variance, and fragments that are
+// cut out of a few long takes, so that some are near each other and most are not.
+TEST(FragmentIndex, FindsTheNearestAmongOverlappingWindowsWithBothKindsOfKernels) {
+  base::Rng rng(7);
+  Eigen::VectorXd spread(40);
+  for (Eigen::Index k = 0; k < spread.size(); ++k) spread(k) = 1.0 / static_cast<double>(1 + k);
+  std::vector<Eigen::MatrixXd> takes;
+  for (int n = 0; n < 6; ++n)
+    takes.emplace_back(spread.asDiagonal() * smooth_features(40, 400, rng));
+  const auto window = [&](int take) -> Eigen::MatrixXd {
+    const int frames = 1 + rng.index(90);
+    const Eigen::MatrixXd& all = takes[static_cast<std::size_t>(take)];
+    const int begin = rng.index(static_cast<int>(all.cols()) - frames);
+    return all.middleCols(begin, frames);
+  };
+  std::vector<Eigen::MatrixXd> fragments;
+  for (int n = 0; n < 250; ++n) fragments.push_back(window(rng.index(5)));
+  for (const LaneKernels* kernels : {&baseline_lane_kernels(), &best_lane_kernels()}) {
+    SCOPED_TRACE(kernels->name);
+    const LaneKernelsForTest use(*kernels);
+    const FragmentIndex index(fragments);
+    double pruned = 0.0;
+    for (int trial = 0; trial < 12; ++trial) {
+      SCOPED_TRACE(trial);
+      const Eigen::MatrixXd query = window(trial % 6);  // of the last take there is no fragment
+      const int count = 1 + rng.index(20);
+      const NearestFragments found = index.nearest(query, count);
+      const std::vector<Neighbor> all = plain_nearest(query, fragments, 250);
+      ASSERT_EQ(found.neighbors.size(), static_cast<std::size_t>(count));
+      for (std::size_t n = 0; n < found.neighbors.size(); ++n) {
+        EXPECT_EQ(found.neighbors[n].fragment, all[n].fragment) << "neighbor " << n;
+        EXPECT_NEAR(found.neighbors[n].mean_cost, all[n].mean_cost, 1e-5 * all.back().mean_cost);
+      }
+      pruned += found.pruned_share / 12.0;
+    }
+    EXPECT_GT(pruned, 0.3);
+  }
+}
+
 TEST(FragmentIndex, GivesTiesToTheLowestIndex) {
   base::Rng rng(5);
   std::vector<Eigen::MatrixXd> fragments(30, smooth_features(9, 20, rng));

@@ -33,14 +33,14 @@ struct NearestFragments {
 /// axes; each run of 8 frames has a box around its leading coordinates and around the norm of the
 /// others. The distances between the boxes of two sequences, and the cheapest monotone path through
 /// them, bound every path cost from below (in the manner of [Keogh05], without a band). In the
-/// order of that bound, fragments are aligned by their leading coordinates alone, and by all of
-/// them if that leaves them near enough; both are given up when after a strip of frames no path can
-/// come below the count-th best any more. Single precision: mean costs within 1e-5 of the mean cell
-/// may change places. Immutable.
+/// order of that bound, fragments are compared with the sequence by their leading coordinates, and
+/// by all of them if that leaves them near enough; both times a path is given up where it cannot
+/// come below the count-th best any more, whatever the boxes let follow. What is left is aligned.
+/// Single precision: mean costs within 1e-5 of the mean cell may change places. Immutable.
 class FragmentIndex {
  public:
   /// @param fragments  at least one, each D x T_i with one D; they must outlive this.
-  /// @throws Error{kData} as dtw. Memory about 4 (D + 25) bytes a frame.
+  /// @throws Error{kData} as dtw. Memory about 4 (D + 8) bytes a frame.
   explicit FragmentIndex(std::span<const Eigen::MatrixXd> fragments);
   ~FragmentIndex();
   FragmentIndex(FragmentIndex&&) noexcept;
