@@ -19,8 +19,11 @@ Eigen::Vector3d log(const Eigen::Quaterniond& q) {
 Eigen::Quaterniond exp(const Eigen::Vector3d& r) {
   const double angle = r.norm();
   // sin(x / 2) / x = 1/2 - x^2 / 48 + ..: below 1e-4 two terms are exact to round-off.
-  const double s = angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
-  Eigen::Quaterniond q(std::cos(0.5 * angle), s * r.x(), s * r.y(), s * r.z());
+  const double cosine = std::cos(0.5 * angle);
+  const double sine =
+      std::sin(0.5 * angle);  // whatever the angle: the two cost hardly more than one
+  const double s = angle < 1e-4 ? 0.5 - angle * angle / 48.0 : sine / angle;
+  Eigen::Quaterniond q(cosine, s * r.x(), s * r.y(), s * r.z());
   q.normalize();
   return q;
 }

@@ -48,8 +48,8 @@ PoseMatrix mixed(const PoseMatrix& a, const PoseMatrix& b, const RowVectorXd& sh
 }
 
 /// Positions of all joints, 3 J x F, metres.
-MatrixXd positions_of(const PoseMatrix& pose) {
-  const Eigen::Matrix3Xd joints = joint_positions(to_standard_clip(pose));
+MatrixXd positions_of(const PoseMatrix& pose, const PlanarPose& start = {}) {
+  const Eigen::Matrix3Xd joints = joint_positions(to_standard_clip(pose, start));
   return Eigen::Map<const MatrixXd>(joints.data(), 3 * kStandardJointCount, pose.frame_count());
 }
 
@@ -86,6 +86,47 @@ Index frames_in(const PoseMatrix& pose, double seconds) {
   return std::max<Index>(1, std::lround(seconds * pose.frame_rate_hz));
 }
 
+/// Mean squares over joints of the jerk of frames [begin, end), at least four of them, as the
+/// motion plays along `path`. A third difference lies between frames 1 and 2 of its four: it counts
+/// to both, and the larger of two counts.
+RowVectorXd squared_jerk(const PoseMatrix& pose, const Eigen::Matrix3Xd& path, Index begin,
+                         Index end) {
+  const PoseMatrix part = pose.slice(static_cast<int>(begin), static_cast<int>(end));
+  const MatrixXd positions = positions_of(part, {path(0, begin), path(1, begin), path(2, begin)});
+  const RowVectorXd each =
+      third_derivative(positions, pose.frame_rate_hz).colwise().squaredNorm() / kStandardJointCount;
+  RowVectorXd squares = RowVectorXd::Zero(end - begin);
+  squares.segment(1, each.size()) = each;
+  squares.segment(2, each.size()) = squares.segment(2, each.size()).cwiseMax(each);
+  return squares;
+}
+
+/// local_jerk_m_s3 of the frames that are `wanted`; what the others get means nothing. Only what
+/// these frames need is played: most of the time is spent there.
+RowVectorXd local_jerk_of(const PoseMatrix& pose, const std::vector<bool>& wanted) {
+  const Index frames = pose.frame_count();
+  RowVectorXd squares = RowVectorXd::Zero(frames);
+  if (frames < 4) return squares;
+  const Eigen::Matrix3Xd path = planar_path(pose);
+  const Index reach = frames_in(pose, kLocalS);
+  const Index beside = reach + 2;  // frames on either side whose positions count
+  for (Index f = 0; f < frames;) {
+    if (!wanted[static_cast<std::size_t>(f)]) {
+      ++f;
+      continue;
+    }
+    const Index begin = std::max<Index>(f - beside, 0);
+    Index last = f;
+    for (Index k = f; k < frames && k <= last + 2 * beside; ++k) {
+      if (wanted[static_cast<std::size_t>(k)]) last = k;
+    }
+    const Index end = std::min(last + beside + 1, frames);
+    squares.segment(begin, end - begin) = squared_jerk(pose, path, begin, end);
+    f = last + 1;
+  }
+  return mean_around(squares, reach).cwiseSqrt();
+}
+
 }  // namespace
 
 double rms_jerk_m_s3(const PoseMatrix& pose) {
@@ -99,14 +140,7 @@ double rms_jerk_m_s3(const PoseMatrix& pose) {
 }
 
 RowVectorXd local_jerk_m_s3(const PoseMatrix& pose) {
-  RowVectorXd squares = RowVectorXd::Zero(pose.frame_count());
-  if (pose.frame_count() < 4) return squares;
-  const MatrixXd jerk = third_derivative(positions_of(pose), pose.frame_rate_hz);
-  // A third difference lies between frames 1 and 2 of its four: it counts to both.
-  const RowVectorXd each = jerk.colwise().squaredNorm() / kStandardJointCount;
-  squares.segment(1, each.size()) = each;
-  squares.segment(2, each.size()) = squares.segment(2, each.size()).cwiseMax(each);
-  return mean_around(squares, frames_in(pose, kLocalS)).cwiseSqrt();
+  return local_jerk_of(pose, std::vector<bool>(static_cast<std::size_t>(pose.frame_count()), true));
 }
 
 PoseMatrix calm(const PoseMatrix& pose, double most_m_s3) {
@@ -133,17 +167,18 @@ PoseMatrix calm_locally(const PoseMatrix& pose, const RowVectorXd& most_m_s3) {
   }
   std::vector<PoseMatrix> ladder = {pose};
   RowVectorXd rung = RowVectorXd::Zero(pose.frame_count());
-  std::vector<bool> done(static_cast<std::size_t>(pose.frame_count()), false);
+  std::vector<bool> too_jerky;  // what no level so far brought down
+  for (const double most : most_m_s3) too_jerky.push_back(!std::isinf(most));
   for (std::size_t level = 0; level <= kCutoffsHz.size(); ++level) {
     if (level > 0) ladder.push_back(smoothed(pose, kCutoffsHz[level - 1]));
-    const RowVectorXd jerk = local_jerk_m_s3(ladder.back());
+    const RowVectorXd jerk = local_jerk_of(ladder.back(), too_jerky);
     bool any = false;
     for (Index f = 0; f < rung.size(); ++f) {
       const auto cell = static_cast<std::size_t>(f);
-      if (done[cell]) continue;
+      if (!too_jerky[cell]) continue;
       rung(f) = static_cast<double>(level);
-      done[cell] = jerk(f) <= most_m_s3(f);
-      any = any || !done[cell];
+      too_jerky[cell] = !(jerk(f) <= most_m_s3(f));
+      any = any || too_jerky[cell];
     }
     if (!any) break;
   }

@@ -2,10 +2,11 @@
 
 namespace laban::motion {
 
-ModelPose forward_kinematics(const Clip& clip, int frame) {
+namespace {
+
+// Into a pose of as many joints, so that frame after frame needs no memory of its own.
+void pose_frame(const Clip& clip, int frame, ModelPose& pose) {
   const int joints = clip.joint_count();
-  ModelPose pose{Eigen::Matrix3Xd(3, joints),
-                 std::vector<Eigen::Quaterniond>(static_cast<std::size_t>(joints))};
   const auto local = clip.rotations(frame);
   for (int j = 0; j < joints; ++j) {
     const auto cell = static_cast<std::size_t>(j);
@@ -20,14 +21,28 @@ ModelPose forward_kinematics(const Clip& clip, int frame) {
     pose.positions.col(j) = pose.positions.col(parent) + model_from_parent * offset;
     pose.rotations[cell] = model_from_parent * local[cell];
   }
+}
+
+ModelPose unposed(int joints) {
+  return {Eigen::Matrix3Xd(3, joints),
+          std::vector<Eigen::Quaterniond>(static_cast<std::size_t>(joints))};
+}
+
+}  // namespace
+
+ModelPose forward_kinematics(const Clip& clip, int frame) {
+  ModelPose pose = unposed(clip.joint_count());
+  pose_frame(clip, frame, pose);
   return pose;
 }
 
 Eigen::Matrix3Xd joint_positions(const Clip& clip) {
   const Eigen::Index joints = clip.joint_count();
   Eigen::Matrix3Xd positions(3, clip.frame_count() * joints);
+  ModelPose pose = unposed(clip.joint_count());
   for (int f = 0; f < clip.frame_count(); ++f) {
-    positions.middleCols(f * joints, joints) = forward_kinematics(clip, f).positions;
+    pose_frame(clip, f, pose);
+    positions.middleCols(f * joints, joints) = pose.positions;
   }
   return positions;
 }
