@@ -40,18 +40,19 @@ struct Restyled {
   StyledPiece piece;
 };
 
-StyledPiece play(const StyleModel& model, const InputSnippet& own, const BlendChoice& choice,
+StyledPiece play(PlayMemory& memory, const InputSnippet& own, const BlendChoice& choice,
                  const ApplyOptions& options) {
-  PlayedChoice played = play_choice(model, choice, options.fastest_play);
-  StyledPiece piece = options.detail == Detail::kResidual ? restyled_in_detail(own, model, played)
+  PlayedChoice played = play_choice(memory, choice, options.fastest_play);
+  StyledPiece piece = options.detail == Detail::kResidual ? restyled_in_detail(own, memory, played)
                                                           : replaced(own, std::move(played));
   if (options.strength < 1.0) piece = mixed(own, piece, options.strength);
   if (options.keep_timing) piece = with_own_timing(own, piece);
   return piece;
 }
 
-Restyled restyle(const StyleModel& model, const InputSnippet& own, const EffortTarget& asked,
+Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget& asked,
                  const ApplyOptions& options) {
+  const StyleModel& model = memory.model();
   Restyled restyled;
   AppliedSnippet& report = restyled.report;
   report.begin = own.begin;
@@ -71,7 +72,7 @@ Restyled restyle(const StyleModel& model, const InputSnippet& own, const EffortT
   }
   report.own_share = options.detail == Detail::kResidual ? 1.0 : 1.0 - options.strength;
   report.choice = search_blend(model, own.fragment, asked, options.search);
-  restyled.piece = play(model, own, report.choice, options);
+  restyled.piece = play(memory, own, report.choice, options);
   report.measured =
       effort::observe(effort::describe(restyled.piece.pose), model.observer, own.content);
   return restyled;
@@ -112,11 +113,11 @@ std::vector<std::string> ApplyOptions::problems() const {
   return found;
 }
 
-AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
-                     const AskedEffort& asked, const ApplyOptions& options) {
+AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const AskedEffort& asked,
+                     const ApplyOptions& options) {
   throw_problems(asked.problems());
   throw_problems(options.problems());
-  if (options.strict) require_matches(model, segmented);
+  if (options.strict) require_matches(memory.model(), segmented);
   AppliedStyle applied;
   applied.keeps_timing = options.keep_timing;
   std::vector<motion::PoseMatrix> parts;
@@ -126,7 +127,7 @@ AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
   for (const InputSnippet& own : segmented.snippets) {
     const EffortTarget target =
         asked.of_snippet(own.begin / rate_hz, own.end - own.begin, rate_hz, own.before.effort);
-    Restyled restyled = restyle(model, own, target, options);
+    Restyled restyled = restyle(memory, own, target, options);
     restyled.report.output_begin = frame;
     frame += restyled.piece.pose.frame_count();
     restyled.report.output_end = frame;
@@ -147,6 +148,12 @@ AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
   // Leg lengths of fragments are other people's; the motion goes back onto the input's body.
   applied.pose.leg_length_m = segmented.input.leg_length_m;
   return applied;
+}
+
+AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
+                     const AskedEffort& asked, const ApplyOptions& options) {
+  PlayMemory memory(model);
+  return restyle(memory, segmented, asked, options);
 }
 
 AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,

@@ -6,15 +6,9 @@
 
 namespace laban::transfer {
 
-/// How a motion jerks, m/s^3 (motion/calm.h).
-struct Jerk {
-  double usual_m_s3 = 0.0;    ///< root mean square
-  double largest_m_s3 = 0.0;  ///< at its worst moment
-};
-
 [[nodiscard]] Jerk jerk_of(const motion::PoseMatrix& pose);
 /// Of the fragments that are blended: the mean of what is usual, the largest at any moment.
-[[nodiscard]] Jerk jerk_of(const StyleModel& model, std::span<const PlayedPart> parts);
+[[nodiscard]] Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts);
 
 /// A motion without the jerks that quick play and extrapolation make of its sources' trembling.
 /// Where a time warp changes pace a blend may jerk for a moment: there it is held to what its

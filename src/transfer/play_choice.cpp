@@ -22,24 +22,26 @@ align::TimeWarpOptions calm_warp(double alpha, double fastest) {
   return warp;
 }
 
-motion::FootContacts contacts_of(const motion::PoseMatrix& pose) {
-  return motion::find_foot_contacts(pose).contacts;
+const motion::PoseMatrix& pose_of(const StyleModel& model, int fragment) {
+  return model.fragments[static_cast<std::size_t>(fragment)].pose;
 }
 
 /// A fragment as it is.
-PlayedChoice play_fragment(const StyleModel& model, int fragment) {
-  const motion::PoseMatrix& pose = model.fragments[static_cast<std::size_t>(fragment)].pose;
-  return {pose, contacts_of(pose), {{fragment, counted(pose.frame_count())}}};
+PlayedChoice play_fragment(PlayMemory& memory, int fragment) {
+  const motion::PoseMatrix& pose = pose_of(memory.model(), fragment);
+  return {pose, memory.of(fragment).contacts, {{fragment, counted(pose.frame_count())}}};
 }
 
 /// What was blended so far with a further fragment.
-PlayedChoice blend_in(const StyleModel& model, const PlayedChoice& so_far, const BlendStep& step,
+PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const BlendStep& step,
                       double fastest_play) {
-  const PlayedChoice next = play_fragment(model, step.fragment);
-  blend::Blend made = blend::blend(
-      align_pair(so_far.pose, next.pose, calm_warp(step.alpha, fastest_play)), step.alpha);
+  blend::Blend made = blend::blend(align_pair(so_far.pose, pose_of(memory.model(), step.fragment),
+                                              calm_warp(step.alpha, fastest_play)),
+                                   step.alpha);
   PlayedChoice played{
-      {}, blend::blend_contacts(made, step.alpha, so_far.contacts, next.contacts), {}};
+      {},
+      blend::blend_contacts(made, step.alpha, so_far.contacts, memory.of(step.fragment).contacts),
+      {}};
   for (const PlayedPart& part : so_far.parts)
     played.parts.push_back({part.fragment, read_at(part.frames, made.times_i)});
   played.parts.push_back({step.fragment, std::move(made.times_j)});
@@ -53,10 +55,10 @@ Jerk jerk_of(const motion::PoseMatrix& pose) {
   return {motion::rms_jerk_m_s3(pose), motion::local_jerk_m_s3(pose).maxCoeff()};
 }
 
-Jerk jerk_of(const StyleModel& model, std::span<const PlayedPart> parts) {
+Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts) {
   Jerk all;
   for (const PlayedPart& part : parts) {
-    const Jerk own = jerk_of(model.fragments[static_cast<std::size_t>(part.fragment)].pose);
+    const Jerk& own = memory.of(part.fragment).jerk;
     all.usual_m_s3 += own.usual_m_s3 / static_cast<double>(parts.size());
     all.largest_m_s3 = std::max(all.largest_m_s3, own.largest_m_s3);
   }
@@ -71,13 +73,30 @@ motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const Jerk& sources) {
       Eigen::RowVectorXd::Constant(pose.frame_count(), kMostLargest * sources.largest_m_s3));
 }
 
-PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice, double fastest_play) {
-  PlayedChoice played = play_fragment(model, choice.fragment_i);
+PlayMemory::PlayMemory(const StyleModel& model) : model_(&model), known_(model.fragments.size()) {}
+
+const PlayMemory::Known& PlayMemory::of(int fragment) {
+  std::optional<Known>& known = known_[static_cast<std::size_t>(fragment)];
+  if (!known) {
+    const motion::PoseMatrix& pose = pose_of(*model_, fragment);
+    known = Known{motion::find_foot_contacts(pose).contacts, jerk_of(pose)};
+  }
+  return *known;
+}
+
+PlayedChoice play_choice(PlayMemory& memory, const BlendChoice& choice, double fastest_play) {
+  PlayedChoice played = play_fragment(memory, choice.fragment_i);
   if (choice.is_seed()) return played;
-  played = blend_in(model, played, {choice.fragment_j, choice.alpha}, fastest_play);
-  for (const BlendStep& step : choice.further) played = blend_in(model, played, step, fastest_play);
-  played.pose = calmed(played.pose, jerk_of(model, played.parts));
+  played = blend_in(memory, played, {choice.fragment_j, choice.alpha}, fastest_play);
+  for (const BlendStep& step : choice.further)
+    played = blend_in(memory, played, step, fastest_play);
+  played.pose = calmed(played.pose, jerk_of(memory, played.parts));
   return played;
+}
+
+PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice, double fastest_play) {
+  PlayMemory memory(model);
+  return play_choice(memory, choice, fastest_play);
 }
 
 }  // namespace laban::transfer

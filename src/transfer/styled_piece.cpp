@@ -79,9 +79,10 @@ StyledPiece replaced(const InputSnippet& own, PlayedChoice played) {
 // Output frame m at tau_m lies at some k: u(t(n(k))) + [b(k) - x(n(k))], of angles as space-time
 // interpolation adds them (exponential maps on one branch: a tilt keeps no heading, a hinge stays
 // one), and of root steps.
-StyledPiece restyled_in_detail(const InputSnippet& own, const StyleModel& model,
+StyledPiece restyled_in_detail(const InputSnippet& own, PlayMemory& memory,
                                const PlayedChoice& played) {
-  const motion::PoseMatrix& nearest = model.fragments[static_cast<std::size_t>(own.fragment)].pose;
+  const motion::PoseMatrix& nearest =
+      memory.model().fragments[static_cast<std::size_t>(own.fragment)].pose;
   align::TimeWarpOptions calm;
   calm.max_slope = kSteepestOwnWarp;
   const auto part = std::find_if(played.parts.begin(), played.parts.end(),
@@ -111,7 +112,7 @@ StyledPiece restyled_in_detail(const InputSnippet& own, const StyleModel& model,
       piece.pose.steps.col(std::min<Eigen::Index>(1, difference.steps.cols() - 1));
   // Played faster, the performer's own trembling is a multiple of what it was.
   const Jerk performers = jerk_of(own.pose);
-  const Jerk sources = jerk_of(model, played.parts);
+  const Jerk sources = jerk_of(memory, played.parts);
   piece.pose = calmed(piece.pose, {std::max(performers.usual_m_s3, sources.usual_m_s3),
                                    std::max(performers.largest_m_s3, sources.largest_m_s3)});
   piece.contacts = motion::sample(own.contacts, piece.own_frames, rate_hz);

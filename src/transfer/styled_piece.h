@@ -27,7 +27,7 @@ struct StyledPiece {
 /// The snippet itself, changed by what the blend has other than the fragment nearest to it (ours,
 /// DESIGN 5): pose, height and steps by the difference, timing by the ratio of their speeds.
 /// Where the blend is the nearest fragment, this is the snippet.
-[[nodiscard]] StyledPiece restyled_in_detail(const InputSnippet& own, const StyleModel& model,
+[[nodiscard]] StyledPiece restyled_in_detail(const InputSnippet& own, PlayMemory& memory,
                                              const PlayedChoice& played);
 
 /// Part of the way from the snippet (strength 0) to a piece (1), in timing, pose and root travel.

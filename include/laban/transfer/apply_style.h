@@ -89,6 +89,9 @@ struct AppliedStyle {
 ///         matches no content, naming it and the contents that the model knows.
 [[nodiscard]] AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
                                    const AskedEffort& asked, const ApplyOptions& options = {});
+/// The same again, with what earlier calls found out about the fragments: for target after target.
+[[nodiscard]] AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented,
+                                   const AskedEffort& asked, const ApplyOptions& options = {});
 
 /// segment_input, then restyle: METHODS 1.5-1.6.
 /// @throws as these.

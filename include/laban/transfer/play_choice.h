@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "laban/align/time_warp.h"
@@ -28,10 +29,39 @@ struct PlayedChoice {
   std::vector<PlayedPart> parts;  ///< in the order of BlendChoice::shares
 };
 
+/// How a motion jerks, m/s^3 (motion/calm.h).
+struct Jerk {
+  double usual_m_s3 = 0.0;    ///< root mean square
+  double largest_m_s3 = 0.0;  ///< at its worst moment
+};
+
+/// What playing choices finds out about a model's fragments, for the calls to come: found once,
+/// when a choice first needs it. For one thread at a time.
+class PlayMemory {
+ public:
+  /// @param model  must outlive this.
+  explicit PlayMemory(const StyleModel& model);
+
+  struct Known {
+    motion::FootContacts contacts;
+    Jerk jerk;
+  };
+  /// Valid while this lives.
+  const Known& of(int fragment);
+  [[nodiscard]] const StyleModel& model() const noexcept { return *model_; }
+
+ private:
+  const StyleModel* model_;
+  std::vector<std::optional<Known>> known_;  // one a fragment
+};
+
 /// The one way in which a choice becomes motion, for whoever plays or judges it: its fragments
 /// blended by calm warps, and low-passed where the blend has more jerk than they.
 /// @param fastest_play  in (1, kMaxWarpSlope].
 [[nodiscard]] PlayedChoice play_choice(const StyleModel& model, const BlendChoice& choice,
+                                       double fastest_play = kFastestPlay);
+/// The same, with what earlier calls found out about the fragments.
+[[nodiscard]] PlayedChoice play_choice(PlayMemory& memory, const BlendChoice& choice,
                                        double fastest_play = kFastestPlay);
 
 }  // namespace laban::transfer
