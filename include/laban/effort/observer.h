@@ -17,19 +17,24 @@ namespace laban::effort {
 /// (DESIGN 6): one number a factor, larger towards the condensing pole (Bound, Strong, Sudden).
 /// Always finite.
 struct Descriptors {
-  double flow = 0.0;    ///< hesitation against fluency, no unit
-  double weight = 0.0;  ///< log of kinetic energy per body mass, log(m^2/s^2)
-  double time = 0.0;    ///< log of quickness, log(1/s)
+  double flow = 0.0;    ///< hesitation: -log of the share of time in motion
+  double weight = 0.0;  ///< log of kinetic energy over quickness per body mass, log(m^2/s)
+  double time = 0.0;    ///< log of quickness: speed over reach, log(1/s)
 
   friend bool operator==(const Descriptors&, const Descriptors&) = default;
 };
 
 /// Measures a movement as played on the standard body, so that the performer's size plays no part;
 /// the formulas, and why they are so, stand in observer.cpp. Where a movement begins and which way
-/// it faces do not matter; its frame rate hardly does (30 Hz and more keep the order of captures).
+/// it faces do not matter; its frame rate (30 Hz and more), a millimetre of noise and single frames
+/// in which a capture jumps hardly do.
+///
+/// Played s times as fast, a movement gains log s of Time and of Weight, up to what the frame rate
+/// takes. A hold of 0.2 s or more raises Flow: as a share h of the time it gains at least
+/// -log(1 - h), up to a floor. (tests/effort/observer_test.cpp holds both.)
 ///
 /// A clip that does not move, or has a single frame, gets the least Weight there is (log 1e-4), a
-/// middling Time (log 8: nothing to be quick or slow with) and the Flow of complete stillness.
+/// Time of 0 (speed and reach at their floors) and the Flow of complete stillness (log 1000).
 /// @throws Error{kData} if the pose matrix has no frame or a value that is not finite;
 /// Error{kUsage}
 ///         if its frame rate is not positive and finite.
