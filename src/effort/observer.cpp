@@ -209,12 +209,16 @@ Values windowed_speed(const Eigen::MatrixXd& positions, double rate_hz, Eigen::I
   };
   Eigen::MatrixXd padded(positions.rows(), frames + 2 * half);
   for (Eigen::Index f = 0; f < padded.cols(); ++f) padded.col(f) = at(f - half);
-  const Eigen::VectorXd offset = Eigen::VectorXd::LinSpaced(
-      2 * half + 1, -static_cast<double>(half), static_cast<double>(half));
-  const Eigen::VectorXd linear = offset / offset.squaredNorm() * rate_hz;
-  Eigen::VectorXd square =
-      offset.cwiseAbs2().array() - offset.squaredNorm() / (2.0 * static_cast<double>(half) + 1.0);
-  square *= 2.0 * rate_hz * rate_hz / square.squaredNorm();
+  // Ends count half, as in the trapezoid rule, so that the window is as long at any rate.
+  const auto reach = static_cast<double>(half);
+  const Eigen::ArrayXd offset = Eigen::ArrayXd::LinSpaced(2 * half + 1, -reach, reach);
+  Eigen::ArrayXd weight = Eigen::ArrayXd::Ones(2 * half + 1);
+  weight[0] = weight[2 * half] = 0.5;
+  const double mean_square = (weight * offset.square()).sum() / weight.sum();
+  const Eigen::ArrayXd curve = offset.square() - mean_square;
+  const Eigen::VectorXd linear = rate_hz * weight * offset / (weight * offset.square()).sum();
+  const Eigen::VectorXd square =
+      2.0 * rate_hz * rate_hz * weight * curve / (weight * curve.square()).sum();
   Values result(frames);
   for (Eigen::Index f = 0; f < frames; ++f) {
     const auto window = padded.middleCols(f, 2 * half + 1);
@@ -241,8 +245,8 @@ struct Kinematics {
   Eigen::MatrixXd positions;   ///< 3 K x F relative to the pelvis' path over ground, m
   Eigen::MatrixXd velocities;  ///< of these, smoothed, m/s
   Values body_speed;           ///< F, of the moving mass, travel included, m/s
-  Values window_speed;         ///< F, windowed_speed
-  Values least_speed;          ///< F, the least window_speed of the windows that hold the frame
+  Values pace;                 ///< F, of all parts alike, travel included, m/s
+  Values least_speed;          ///< F, the least windowed_speed of the windows that hold the frame
 };
 
 void check(const motion::PoseMatrix& pose) {
@@ -280,15 +284,17 @@ Kinematics kinematics_of(const motion::PoseMatrix& pose) {
       ((mass_shares().transpose() * speed.cwiseAbs2()).array() + kSpeedFloor * kSpeedFloor)
           .sqrt()
           .transpose();
+  k.pace = (speed.colwise().squaredNorm().array() / kPartCount + kSpeedFloor * kSpeedFloor)
+               .sqrt()
+               .transpose();
   const auto half = std::max<Eigen::Index>(1, std::lround(kStopHalfWindowS * rate));
-  k.window_speed = windowed_speed(positions, rate, half);
-  k.least_speed = eroded(k.window_speed, half);
+  k.least_speed = eroded(windowed_speed(positions, rate, half), half);
   return k;
 }
 
-/// Flow: of window speeds and the least of them.
-double hesitation(const Values& window_speed, const Values& least_speed) {
-  const double pace = typical((window_speed.square() + kSpeedFloor * kSpeedFloor).sqrt());
+/// Flow: of the body's speed and the least of the windows'.
+double hesitation(const Values& speed, const Values& least_speed) {
+  const double pace = typical(speed);
   const double threshold = kMotionShare * kMotionShare * pace * pace + kStillSpeed * kStillSpeed;
   const double in_motion = 1.0 - (-least_speed.square() / threshold).exp().mean();
   return -std::log(in_motion + kLeastMotion);
@@ -299,7 +305,7 @@ Descriptors describe_range(const Kinematics& k, Eigen::Index begin, Eigen::Index
   Descriptors d;
   d.time = quickness(k.positions.middleCols(begin, count), k.velocities.middleCols(begin, count));
   d.weight = 2.0 * std::log(typical(k.body_speed.segment(begin, count))) - d.time;
-  d.flow = hesitation(k.window_speed.segment(begin, count), k.least_speed.segment(begin, count));
+  d.flow = hesitation(k.pace.segment(begin, count), k.least_speed.segment(begin, count));
   return d;
 }
 
