@@ -24,6 +24,8 @@ constexpr int kFewestFrames = 8;
 // A turn lasts twice this at most: slower looks like a pause.
 constexpr double kLongestEaseS = 0.3;
 constexpr int kShortestEase = 2;
+// Slower than this, leg lengths a second, a body shifts its weight.
+constexpr double kWalks = 0.5;
 
 void check(const std::vector<std::string>& problems) {
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
@@ -58,8 +60,19 @@ int ease_at(int frame, const UsualMotion& usual, double frame_rate_hz) {
   return std::clamp(static_cast<int>(std::ceil(wanted)), kShortestEase, longest);
 }
 
+/// Whether the hips move over the ground at walking speed in the last half second.
+bool travels_at_end(const std::vector<BodyFrame>& frames, double frame_rate_hz,
+                    double leg_length_m) {
+  const auto count = static_cast<int>(frames.size());
+  const int begin = std::max(0, count - 1 - static_cast<int>(std::lround(0.5 * frame_rate_hz)));
+  Eigen::Vector3d way = frames.back().hips - frames[static_cast<std::size_t>(begin)].hips;
+  way.y() = 0.0;
+  return way.norm() * frame_rate_hz > kWalks * leg_length_m * (count - 1 - begin);
+}
+
 PlaybackPlan plan_of(int frame_count, const Turning& turning, const std::vector<SewnSeam>& seams,
-                     const UsualMotion& usual, double frame_rate_hz, const LoopOptions& options) {
+                     const UsualMotion& usual, double frame_rate_hz, bool travels,
+                     const LoopOptions& options) {
   PlaybackPlan plan;
   plan.frame_count = frame_count;
   plan.probability_step = options.probability_step;
@@ -74,9 +87,11 @@ PlaybackPlan plan_of(int frame_count, const Turning& turning, const std::vector<
   for (const SewnSeam& seam : seams) {
     plan.leaps.push_back({seam.found.out_begin, seam.found.in_begin + seam.found.frames});
   }
-  // Where motion goes on at full speed, turning looks like a film run backwards: leap, if possible.
+  plan.turns_at_all = options.turns;
+  // Where the body walks on, turning looks like a film run backwards: leap, if possible.
   plan.last_turns =
-      plan.leaps.empty() || (options.turns && turning.last_symmetry >= options.turning.threshold);
+      plan.leaps.empty() ||
+      (options.turns && (turning.last_symmetry >= options.turning.threshold || !travels));
   return plan;
 }
 
@@ -98,6 +113,7 @@ std::vector<std::string> SeamOptions::problems() const {
                "from 1 to overlap_frames");
   check_number(joint_weight >= 0.0 && joint_weight <= 1e6, "joint_weight", joint_weight,
                "from 0 to 1e6");
+  check_number(screening >= 0.0 && screening <= 1e6, "screening", screening, "from 0 to 1e6");
   return found;
 }
 
@@ -117,8 +133,10 @@ std::vector<std::string> LoopOptions::problems() const {
 /// Produces frames leg by leg, and hands them on with their feet held.
 class EndlessLoop::Impl {
  public:
-  Impl(motion::Capture capture, const LoopOptions& options)
-      : capture_((check(options.problems()), check_length(capture.clip), std::move(capture))),
+  Impl(const motion::Capture& capture, const LoopOptions& options)
+      : left_out_((check(options.problems()), check_length(capture.clip),
+                   first_flowing_frame(capture.clip, capture.humanoid))),
+        capture_(flowing(capture, left_out_)),
         options_(options),
         found_contacts_(motion::find_foot_contacts(capture_.clip, capture_.humanoid)),
         rows_(capture_.clip.skeleton(), capture_.humanoid),
@@ -132,7 +150,8 @@ class EndlessLoop::Impl {
                              : std::vector<SewnSeam>()),
         found_seams_(found_of(seams_)),
         playback_(
-            plan_of(capture_.clip.frame_count(), turning_, seams_, usual_, rate_hz(), options),
+            plan_of(capture_.clip.frame_count(), turning_, seams_, usual_, rate_hz(),
+                    travels_at_end(frames_, rate_hz(), capture_.humanoid.leg_length_m()), options),
             base::Rng(options.seed)),
         held_(rows_, capture_, options.hold_feet ? found_contacts_.floor : std::nullopt) {
     emit(frames_.front());
@@ -147,7 +166,9 @@ class EndlessLoop::Impl {
     HeldFrames frames = held_.take(frame_count);
     LoopedClip looped{to_clip(frames.frames, rows_, capture_.clip), {}, {}, frames.stances};
     if (options_.in_place) looped.clip = motion::in_place(looped.clip, capture_.humanoid);
-    for (const BodyFrame& frame : frames.frames) looped.source_frames.push_back(frame.source_frame);
+    for (const BodyFrame& frame : frames.frames) {
+      looped.source_frames.push_back(frame.source_frame + left_out_);
+    }
     given_ += frame_count;
     for (const LoopPart& part : parts_) {
       if (part.begin < given_) looped.parts.push_back(part);
@@ -206,6 +227,7 @@ class EndlessLoop::Impl {
     if (next < static_cast<int>(frames_.size())) show(next);
   }
 
+  int left_out_;  // frames before the motion
   motion::Capture capture_;
   LoopOptions options_;
   motion::FoundContacts found_contacts_;
@@ -223,8 +245,8 @@ class EndlessLoop::Impl {
   std::deque<LoopPart> parts_;
 };
 
-EndlessLoop::EndlessLoop(motion::Capture capture, const LoopOptions& options)
-    : impl_(std::make_unique<Impl>(std::move(capture), options)) {}
+EndlessLoop::EndlessLoop(const motion::Capture& capture, const LoopOptions& options)
+    : impl_(std::make_unique<Impl>(capture, options)) {}
 EndlessLoop::EndlessLoop(EndlessLoop&&) noexcept = default;
 EndlessLoop& EndlessLoop::operator=(EndlessLoop&&) noexcept = default;
 EndlessLoop::~EndlessLoop() = default;

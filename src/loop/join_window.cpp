@@ -118,10 +118,11 @@ Signals rotation_signals(const BodyRows& rows, const Frames& a, const Frames& b,
 /// The blend with each edge that the seam crosses given the weighted mean of both motions' own
 /// gradients instead of its own, solved for; both ends are held.
 Eigen::MatrixXd poisson_smoothed(const std::vector<int>& parents, const std::vector<int>& switches,
-                                 const Signals& signals, int blend_frames, double joint_weight) {
+                                 const Signals& signals, int blend_frames, double joint_weight,
+                                 double screening) {
   const Eigen::Index R = std::ssize(parents);
   const Eigen::Index N = signals.x.cols();
-  const PoissonGrid grid(parents, static_cast<int>(N - 2), joint_weight);
+  const PoissonGrid grid(parents, static_cast<int>(N - 2), joint_weight, screening);
   // G' - grad x: zero but where the seam passes.
   Eigen::MatrixXd time = Eigen::MatrixXd::Zero(3 * R, N - 1);
   Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(3 * R, N - 2);
@@ -160,7 +161,8 @@ void smooth_rotations(const BodyRows& rows, const Frames& a, const Frames& b,
   std::vector<Eigen::Quaterniond> references;
   const Signals signals = rotation_signals(rows, a, b, x, switches, references);
   const Eigen::MatrixXd smooth =
-      poisson_smoothed(rows.parents, switches, signals, options.blend_frames, options.joint_weight);
+      poisson_smoothed(rows.parents, switches, signals, options.blend_frames, options.joint_weight,
+                       options.screening);
   const Eigen::Index R = rows.count();
   for (Eigen::Index t = 1; t + 1 < smooth.cols(); ++t) {
     for (Eigen::Index r = 0; r < R; ++r) {
@@ -180,8 +182,9 @@ void smooth_hips(const Frames& a, const Frames& b, int switch_frame,
     }
     return values;
   };
-  const Eigen::MatrixXd smooth = poisson_smoothed(
-      {-1}, {switch_frame}, {place(a), place(b), place(x)}, options.blend_frames, 0.0);
+  const Eigen::MatrixXd smooth =
+      poisson_smoothed({-1}, {switch_frame}, {place(a), place(b), place(x)}, options.blend_frames,
+                       0.0, options.screening);
   for (std::size_t t = 1; t + 1 < x.size(); ++t)
     x[t].hips = smooth.col(static_cast<Eigen::Index>(t));
 }

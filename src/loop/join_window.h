@@ -13,6 +13,7 @@ struct JoinWindowOptions {
   int blend_frames = 25;
   bool poisson = true;
   double joint_weight = 0.01;
+  double screening = 0.1;
 };
 
 /// N frames in which one motion becomes another: the first frame is the outgoing one's, the last

@@ -37,12 +37,14 @@ Eigen::MatrixXd sine_matrix(int frame_count) {
 
 }  // namespace
 
-PoissonGrid::PoissonGrid(std::vector<int> parents, int frame_count, double joint_weight)
-    : parents_(std::move(parents)), joint_weight_(joint_weight) {
+PoissonGrid::PoissonGrid(std::vector<int> parents, int frame_count, double joint_weight,
+                         double screening)
+    : parents_(std::move(parents)), joint_weight_(joint_weight), screening_(screening) {
   if (parents_.empty() || frame_count < 1 || !(joint_weight >= 0.0) ||
-      !std::isfinite(joint_weight)) {
+      !std::isfinite(joint_weight) || !(screening >= 0.0) || !std::isfinite(screening)) {
     throw Error(ErrorKind::kUsage,
-                "a Poisson grid needs a joint, a frame and a finite joint weight of at least 0");
+                "a Poisson grid needs a joint, a frame and finite joint weight and screening of at "
+                "least 0");
   }
   for (std::size_t r = 0; r < parents_.size(); ++r) {
     if (parents_[r] < -1 || parents_[r] >= static_cast<int>(r)) {
@@ -55,7 +57,7 @@ PoissonGrid::PoissonGrid(std::vector<int> parents, int frame_count, double joint
   Eigen::VectorXd lambda(frame_count);
   for (int k = 0; k < frame_count; ++k) {
     const double half = std::sin(0.5 * std::numbers::pi * (k + 1) / (frame_count + 1));
-    lambda[k] = 4.0 * half * half;
+    lambda[k] = 4.0 * half * half + screening_;
   }
   pivots_ = lambda.replicate(1, row_count());
   for (Eigen::Index r = row_count() - 1; r >= 0; --r) {
@@ -87,7 +89,7 @@ Eigen::MatrixXd PoissonGrid::laplacian(const Eigen::MatrixXd& values) const {
     const int parent = parents_[static_cast<std::size_t>(row % row_count())];
     if (parent >= 0) joints.row(row) -= values.row(row - row % row_count() + parent);
   }
-  return divergence(time, joints);
+  return divergence(time, joints) + screening_ * values;
 }
 
 Eigen::MatrixXd PoissonGrid::divergence(const Eigen::MatrixXd& along_time,

@@ -8,6 +8,7 @@
 #include "laban/base/error.h"
 #include "laban/math/rotation.h"
 #include "laban/math/statistics.h"
+#include "laban/motion/forward_kinematics.h"
 
 namespace laban::loop {
 namespace {
@@ -55,7 +56,7 @@ std::vector<ComparedFrame> compared(const std::vector<BodyFrame>& frames, std::s
   return result;
 }
 
-/// Metres: joint angles times reach, height, what velocities part in `time_s`, feet.
+/// Metres a joint: angles times reach, height, what velocities part in `time_s`, feet.
 double distance(const BodyRows& rows, const ComparedFrame& a, const ComparedFrame& b,
                 double time_s) {
   double sum = 0.0;
@@ -67,7 +68,7 @@ double distance(const BodyRows& rows, const ComparedFrame& a, const ComparedFram
   sum += std::abs(a.height_m - b.height_m) + time_s * (a.velocity_m_s - b.velocity_m_s).norm() +
          time_s * std::abs(a.yaw_rate - b.yaw_rate) * rows.reach_m[0];
   sum += kContactPenaltyM * (a.contacts - b.contacts).cwiseAbs().sum();
-  return sum;
+  return sum / static_cast<double>(a.rotations.size());
 }
 
 /// Places (i, j) of the overlap in the last m frames of one clip and the first m of the other.
@@ -75,6 +76,7 @@ struct Place {
   int i = 0;
   int j = 0;
   double distance_m = 0.0;
+  double cost = 0.0;  // the distance, more where much of the clip is left out
 };
 
 std::vector<Place> places(const SeamTask& task, int m, int n) {
@@ -93,11 +95,15 @@ std::vector<Place> places(const SeamTask& task, int m, int n) {
   std::vector<Place> found;
   for (int i = 0; i + n <= m; ++i) {
     for (int j = 0; j + n <= m; ++j) {
-      found.push_back({i, j, pairs.block(i, j, n, n).diagonal().mean()});
+      const double distance_m = pairs.block(i, j, n, n).diagonal().mean();
+      // After the overlap's middle nothing of the one is played, before it nothing of the other.
+      const double left_out =
+          static_cast<double>(m - i - n + j + n) / static_cast<double>(task.outgoing.size());
+      found.push_back({i, j, distance_m, distance_m * (1.0 + left_out)});
     }
   }
   std::stable_sort(found.begin(), found.end(),
-                   [](const Place& a, const Place& b) { return a.distance_m < b.distance_m; });
+                   [](const Place& a, const Place& b) { return a.cost < b.cost; });
   return found;
 }
 
@@ -190,6 +196,29 @@ UsualMotion usual_motion(const BodyRows& rows, std::span<const BodyFrame> frames
   return usual;
 }
 
+int first_flowing_frame(const motion::Clip& clip, const motion::Humanoid& humanoid) {
+  constexpr double kLeap = 4.0;
+  const Eigen::Matrix3Xd all = motion::joint_positions(clip);
+  const Eigen::Index joints = clip.joint_count();
+  const auto step = [&](Eigen::Index f) {
+    double sum = 0.0;
+    for (Eigen::Index j = 0; j < joints; ++j) {
+      if (!humanoid.played_by(static_cast<int>(j))) continue;
+      sum += (all.col((f + 1) * joints + j) - all.col(f * joints + j)).squaredNorm();
+    }
+    return std::sqrt(sum);
+  };
+  double largest = 0.0;
+  for (int f = 1; f + 1 < clip.frame_count(); ++f) largest = std::max(largest, step(f));
+  // What is left must still be long enough to be sewn.
+  return clip.frame_count() > 9 && largest > 0.0 && step(0) > kLeap * largest ? 1 : 0;
+}
+
+motion::Capture flowing(const motion::Capture& capture, int first_frame) {
+  if (first_frame == 0) return capture;
+  return {capture.clip.slice(first_frame, capture.clip.frame_count()), capture.humanoid};
+}
+
 PlanarMotion align_overlap(const BodyRows& rows, std::span<const BodyFrame> outgoing,
                            std::span<const BodyFrame> incoming) {
   // A point of the ground as the complex number z + i x: a turn by yaw is a factor exp(i yaw).
@@ -238,7 +267,7 @@ std::vector<SewnSeam> find_seams(const SeamTask& task, const SeamOptions& option
                                            : std::min(options.overlap_frames, std::max(4, m / 2));
   LABAN_CHECK(m >= n && n >= 4);
   const JoinWindowOptions window{options.metric, std::min(options.blend_frames, n - 2),
-                                 options.poisson, options.joint_weight};
+                                 options.poisson, options.joint_weight, options.screening};
   const std::vector<Place> candidates =
       apart(places(task, m, n), std::max(1, n / 5), std::max(kTried, count));
   std::vector<SewnSeam> seams;

@@ -136,8 +136,10 @@ void give_offsets(Frames& frames, const Frames& other, const BodyRows& rows) {
 
 }  // namespace
 
-SeamlessLoop seamless_loop(const motion::Capture& capture, const LoopOptions& options) {
-  check(capture, options);
+SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& options) {
+  check(given, options);
+  const int left_out = first_flowing_frame(given.clip, given.humanoid);
+  const motion::Capture capture = flowing(given, left_out);
   const double rate_hz = capture.clip.frame_rate_hz();
   const BodyRows rows(capture.clip.skeleton(), capture.humanoid);
   const Sewable sewn = sewable(capture, rows);
@@ -175,16 +177,20 @@ SeamlessLoop seamless_loop(const motion::Capture& capture, const LoopOptions& op
                     closed,
                     held.stances};
   if (options.in_place) loop.clip = motion::in_place(loop.clip, capture.humanoid);
-  for (const BodyFrame& frame : held.frames) loop.source_frames.push_back(frame.source_frame);
+  for (const BodyFrame& frame : held.frames) {
+    loop.source_frames.push_back(frame.source_frame + left_out);
+  }
   return loop;
 }
 
-JoinedClips join_clips(const motion::Capture& first, const motion::Capture& second,
+JoinedClips join_clips(const motion::Capture& given, const motion::Capture& second,
                        const LoopOptions& options) {
-  check(first, options);
+  check(given, options);
   check(second, options);
+  const motion::Capture first = flowing(given, first_flowing_frame(given.clip, given.humanoid));
   const double rate_hz = first.clip.frame_rate_hz();
-  const motion::Capture other = brought_to(first, second);
+  const motion::Capture other =
+      brought_to(first, flowing(second, first_flowing_frame(second.clip, second.humanoid)));
   check(other, options);
   const BodyRows rows(first.clip.skeleton(), first.humanoid);
   Sewable a = sewable(first, rows);

@@ -9,6 +9,8 @@ namespace laban::loop {
 namespace {
 
 constexpr double kMostFactor = 2.0;
+// Of the clip, beyond the last leap, never shown: playback then goes to the end once.
+constexpr double kMuchUnshown = 0.1;
 
 void check_plan(const PlaybackPlan& plan) {
   using base::Error;
@@ -49,31 +51,36 @@ TurningPlayback::TurningPlayback(PlaybackPlan plan, base::Rng rng)
   shown_.assign(static_cast<std::size_t>(plan_.frame_count), 0.0);
 }
 
-double TurningPlayback::favour(int frame, int direction) const {
-  // What would be shown next: up to a quarter of the clip.
+double TurningPlayback::shown_along(const Way& way) const {
+  // Up to a quarter of the clip.
   const int reach = std::max(1, plan_.frame_count / 4);
   double sum = 0.0;
   int count = 0;
-  for (int f = frame; f >= 0 && f < plan_.frame_count && count < reach; f += direction, ++count) {
+  for (int f = way.frame; f >= 0 && f < plan_.frame_count && count < reach; f += way.direction) {
     sum += shown_[static_cast<std::size_t>(f)];
+    ++count;
   }
-  const double theirs = count > 0 ? sum / count : 0.0;
-  return (1.0 + shown_sum_ / plan_.frame_count) / (1.0 + theirs);
+  return count > 0 ? sum / count : 0.0;
 }
 
-bool TurningPlayback::takes(Chance& chance, int next_frame, int direction) {
-  const double probability = chance.k * chance.most * favour(next_frame, direction);
-  const bool taken = rng_.uniform() < probability;
-  const double step = taken ? -plan_.probability_step : plan_.probability_step;
+bool TurningPlayback::leaves_much_unshown(int frame) const {
+  const auto unshown = std::count(shown_.begin() + frame, shown_.end(), 0.0);
+  return static_cast<double>(unshown) > kMuchUnshown * plan_.frame_count;
+}
+
+bool TurningPlayback::takes(Chance& chance, const Way& taken, const Way& passed) {
+  const double favour = (1.0 + shown_along(passed)) / (1.0 + shown_along(taken));
+  const double probability = chance.k * chance.most * favour * favour;
+  const bool takes_it = rng_.uniform() < probability;
+  const double step = takes_it ? -plan_.probability_step : plan_.probability_step;
   chance.k = std::clamp(chance.k + step, 0.0, kMostFactor);
-  return taken;
+  return takes_it;
 }
 
 void TurningPlayback::show(int from, int to) {
   const int step = from <= to ? 1 : -1;
   for (int f = from; f != to + step; f += step) {
     shown_[static_cast<std::size_t>(f)] += 1.0;
-    shown_sum_ += 1.0;
   }
 }
 
@@ -111,15 +118,19 @@ PlaybackLeg TurningPlayback::forwards() {
     const int turn_frame = turn < plan_.turns.size() ? plan_.turns[turn].frame : plan_.frame_count;
     if (leap < order.size() && out(order[leap]) <= turn_frame) {
       const int n = order[leap++];
-      const bool must = leap == order.size() && (!plan_.last_turns || !end_fits);
+      const bool is_last = leap == order.size();
+      const bool end_is_needed = plan_.turns_at_all && leaves_much_unshown(out(n));
+      const bool must = is_last && (!end_fits || !(plan_.last_turns || end_is_needed));
       const int in = plan_.leaps[static_cast<std::size_t>(n)].in_end;
-      const bool taken = takes(leap_chances_[static_cast<std::size_t>(n)], in, 1);
+      const bool taken = takes(leap_chances_[static_cast<std::size_t>(n)], {in, 1}, {out(n), 1});
       if (taken || must) return end_leg_by_leap(n);
       continue;
     }
     const PlaybackTurn& point = plan_.turns[turn++];
     const bool fits = point.frame >= at_ + ease_ + point.ease && point.frame > point.ease;
-    if (fits && takes(turn_chances_[turn - 1], point.frame - 1, -1)) return end_leg(point);
+    if (fits && takes(turn_chances_[turn - 1], {point.frame - 1, -1}, {point.frame + 1, 1})) {
+      return end_leg(point);
+    }
   }
   PlaybackTurn last = plan_.last;
   last.ease = std::clamp(end - at_ - ease_, 1, plan_.last.ease);
@@ -131,7 +142,9 @@ PlaybackLeg TurningPlayback::backwards() {
     const PlaybackTurn& point = plan_.turns[n];
     const bool fits =
         point.frame <= at_ - ease_ - point.ease && point.frame + point.ease < plan_.frame_count - 1;
-    if (fits && takes(turn_chances_[n], point.frame + 1, 1)) return end_leg(point);
+    if (fits && takes(turn_chances_[n], {point.frame + 1, 1}, {point.frame - 1, -1})) {
+      return end_leg(point);
+    }
   }
   PlaybackTurn first = plan_.first;
   first.ease = std::clamp(at_ - ease_, 1, plan_.first.ease);

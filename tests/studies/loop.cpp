@@ -241,11 +241,13 @@ int run(int argc, char** argv) {
   SeamOptions options;
   if (const char* weight = std::getenv("JOINT_WEIGHT")) options.joint_weight = std::atof(weight);
   if (const char* blend = std::getenv("BLEND_FRAMES")) options.blend_frames = std::atoi(blend);
+  if (const char* screening = std::getenv("SCREENING")) options.screening = std::atof(screening);
   if (std::getenv("NO_POISSON") != nullptr) options.poisson = false;
   if (std::getenv("GRADIENT") != nullptr) options.metric = SeamMetric::kGradient;
   Totals totals;
   for (const auto& path : clips) {
-    const Study study(motion::find_capture(io::read_clip(path).clip));
+    const motion::Capture given = motion::find_capture(io::read_clip(path).clip);
+    const Study study(flowing(given, first_flowing_frame(given.clip, given.humanoid)));
     std::printf("%s: %zu frames at %g Hz\n", path.stem().c_str(), study.frames.size(),
                 study.rate());
     study_seams(study, options, totals);

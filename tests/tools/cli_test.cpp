@@ -27,7 +27,7 @@ const std::string kBow = kData + "phrase/phrase_bow_p01.bvh";
 const std::string kLabels = LABAN_SOURCE_DIR "/labels/phrase.csv";
 const std::vector<std::string> kVerbs = {"agree",   "apply",   "train", "evaluate", "corpus",
                                          "match",   "segment", "blend", "curve",    "measure",
-                                         "inspect", "convert", "draw",  "suggest"};
+                                         "inspect", "convert", "draw",  "suggest",  "loop"};
 
 void write(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -75,6 +75,37 @@ TEST_F(Cli, ManPageAndCompletionNameEveryVerb) {
     EXPECT_THAT(page, HasSubstr(".B " + verb + "\n"));
     EXPECT_THAT(completion, HasSubstr(verb + " "));
   }
+}
+
+TEST_F(Cli, LoopMakesEndlessMotionAndPerfectLoops) {
+  const std::string bow = kBow;
+  EXPECT_EQ(run("loop synthesize " + bow +
+                " --frames 700 -o endless.bvh --report endless.json "
+                "--picture endless.svg")
+                .code,
+            0);
+  EXPECT_THAT(bytes_of(folder_ / "endless.bvh"), HasSubstr("Frames: 700\n"));
+  EXPECT_THAT(bytes_of(folder_ / "endless.json"), HasSubstr("laban.loop_synthesize/1"));
+  EXPECT_EQ(run("loop synthesize " + bow + " --seamless --in-place -o loop.glb").code, 0);
+  EXPECT_EQ(run("loop join " + bow + " " + kOtherWalk + " -o both.bvh").code, 0);
+  EXPECT_EQ(run("loop turns " + bow + " --picture turns.png").code, 0);
+}
+
+TEST_F(Cli, LoopStreamsTheFramesThatItWouldWrite) {
+  EXPECT_EQ(run("loop synthesize " + kBow + " --frames 900 --seed 4 -o file.bvh").code, 0);
+  const Outcome streamed = run("loop synthesize " + kBow + " --frames 900 --seed 4 --stream -o -");
+  EXPECT_EQ(streamed.code, 0);
+  EXPECT_EQ(streamed.out, bytes_of(folder_ / "file.bvh"));
+}
+
+TEST_F(Cli, LoopSaysWhatDoesNotGoTogether) {
+  expect_error("loop", 2, "loop");
+  expect_error("loop synthesize " + kBow + " -o out.bvh", 2, "say how long");
+  expect_error("loop synthesize " + kBow + " --seamless --frames 9 -o out.bvh", 2, "--seamless");
+  expect_error("loop synthesize " + kBow + " --frames 9 --stream -o out.bvh", 2, "stdout");
+  expect_error("loop synthesize " + kBow + " --frames 9 --overlap 90 --texton-frames 50 -o out.bvh",
+               2, "overlap_frames");
+  expect_error("loop turns " + kBow + " --picture turns.pdf", 2, ".png or .svg");
 }
 
 TEST_F(Cli, VersionIsOneLine) {

@@ -28,6 +28,9 @@ struct SeamOptions {
   bool poisson = true;
   /// An edge between joints of the Poisson grid, in edges of time, >= 0.
   double joint_weight = 0.01;
+  /// How fast the correction fades away from a seam (PoissonGrid), >= 0; 0 is the paper's equation,
+  /// which moves the whole overlap.
+  double screening = 0.1;
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
@@ -54,8 +57,8 @@ struct FoundSeam {
   int out_begin = 0;  ///< first frame of the overlap in the outgoing clip
   int in_begin = 0;   ///< and in the incoming one
   int frames = 0;     ///< of the overlap
-  /// Mean distance of the two over the overlap, metres: joint angles times the reach of the joint,
-  /// height, velocity over the ground.
+  /// Mean distance of the two over the overlap, metres a joint: angles times the reach of the
+  /// joint, height, velocity over the ground.
   double distance_m = 0.0;
   /// First frame of the overlap, for each joint of the rig, that comes from the incoming clip.
   std::vector<int> switch_frames;
@@ -87,12 +90,13 @@ struct LoopedClip {
 ///
 /// Frames come out in order, in pieces of any size: the same frames whatever the pieces, from
 /// memory that does not grow. Travel continues: playing backwards walks back on the same path, a
-/// seam goes on from where the body stands and to where it faces.
+/// seam goes on from where the body stands and to where it faces. A first frame that leaps into the
+/// second (a pose that files of some rigs begin with) is left out.
 class EndlessLoop {
  public:
   /// @throws Error{kUsage} if `options` has problems; Error{kData} if the clip has fewer than 8
   ///         frames.
-  EndlessLoop(motion::Capture capture, const LoopOptions& options);
+  EndlessLoop(const motion::Capture& capture, const LoopOptions& options);
   EndlessLoop(EndlessLoop&&) noexcept;
   EndlessLoop& operator=(EndlessLoop&&) noexcept;
   ~EndlessLoop();

@@ -10,16 +10,21 @@ namespace laban::loop {
 ///
 /// Rows are joints, columns the frames between two that are held (Dirichlet in time). A joint's
 /// neighbours are itself one frame on and, at the same frame, its parent; a joint's tip has no
-/// neighbour (free there). An edge between joints counts `joint_weight` times an edge of time.
+/// neighbour (free there). An edge between joints counts `joint_weight` times an edge of time. With
+/// `screening` (ours) values are also drawn to 0, so that a correction fades within about
+/// 1 / sqrt(screening) frames of what causes it instead of reaching to the held frames.
 class PoissonGrid {
  public:
   /// @param parents       of each row, -1 for a root; parents come first.
   /// @param frame_count   of the unknowns, >= 1.
   /// @param joint_weight  >= 0; 0 smooths each joint by itself.
+  /// @param screening     >= 0; 0 is the paper's equation.
   /// @throws Error{kData} if a parent does not come first; Error{kUsage} for other values.
-  PoissonGrid(std::vector<int> parents, int frame_count, double joint_weight);
+  PoissonGrid(std::vector<int> parents, int frame_count, double joint_weight,
+              double screening = 0.0);
 
-  /// Laplacian of values that are 0 at the held frames: the operator that solve() inverts.
+  /// Laplacian (negative, plus screening) of values that are 0 at the held frames: the operator
+  /// that solve() inverts.
   /// @param values  (C R) x N: C channels one below the other, each of R rows.
   [[nodiscard]] Eigen::MatrixXd laplacian(const Eigen::MatrixXd& values) const;
 
@@ -43,6 +48,7 @@ class PoissonGrid {
 
   std::vector<int> parents_;
   double joint_weight_;
+  double screening_;
   Eigen::MatrixXd sines_;   // N x N, symmetric and orthogonal: DST-I
   Eigen::MatrixXd pivots_;  // N x R: diagonal of each row at its elimination, a frequency a row
 };

@@ -28,8 +28,11 @@ struct PlaybackPlan {
   std::vector<PlaybackTurn> turns;  ///< by frame, without the ends
   PlaybackTurn first;               ///< the turn that is forced at frame 0
   PlaybackTurn last;                ///< and at the last frame
-  /// False: forwards playback must leap rather than turn at the last frame, if it still can.
+  /// False: forwards playback leaps rather than turn at the last frame, if it still can; but once,
+  /// if more than a tenth of the clip lies beyond the last leap.
   bool last_turns = true;
+  /// False: not even for frames that would never be shown.
+  bool turns_at_all = true;
   std::vector<PlaybackLeap> leaps;
   /// By how much a probability falls when it is taken and rises when it is not, >= 0.
   double probability_step = 0.25;
@@ -49,8 +52,10 @@ struct PlaybackLeg {
 /// At a point playback reverses with probability P = k P_max, k held per point from 1: it falls by
 /// a fixed step when the point turns and rises when it does not, within [0, 2]. A turn is forced at
 /// the clip's ends. Leaps are taken in the same way, with P_max = 1/2. Ours: P is also multiplied
-/// by how much less the frames that would follow have been shown than the average, (1 + mean) / (1
-/// + theirs), so that all of the clip is used; and a point is passed by where easing does not fit.
+/// by
+/// ((1 + shown) / (1 + shown'))^2, shown and shown' how often the frames that would come otherwise
+/// and those that would follow have been shown, so that all of the clip is used; and a point is
+/// passed by where easing does not fit.
 class TurningPlayback {
  public:
   /// Begins at frame 0, forwards.
@@ -67,8 +72,15 @@ class TurningPlayback {
     double k = 1.0;
   };
 
-  bool takes(Chance& chance, int next_frame, int direction);
-  [[nodiscard]] double favour(int frame, int direction) const;
+  /// Frames of playback: where it begins and which way it goes.
+  struct Way {
+    int frame = 0;
+    int direction = 1;
+  };
+
+  bool takes(Chance& chance, const Way& taken, const Way& passed);
+  [[nodiscard]] double shown_along(const Way& way) const;
+  [[nodiscard]] bool leaves_much_unshown(int frame) const;
   PlaybackLeg end_leg(const PlaybackTurn& turn);
   PlaybackLeg end_leg_by_leap(int leap);
   PlaybackLeg forwards();
@@ -80,7 +92,6 @@ class TurningPlayback {
   std::vector<Chance> turn_chances_;
   std::vector<Chance> leap_chances_;
   std::vector<double> shown_;
-  double shown_sum_ = 0.0;
   int at_ = 0;
   int direction_ = 1;
   int ease_ = 0;
