@@ -107,42 +107,19 @@ PackedLanes::PackedLanes(std::span<const Eigen::MatrixXf* const> scaled,
                          const LaneKernels& kernels) {
   Eigen::Index longest = 0;
   for (const Eigen::MatrixXf* sequence : scaled) longest = std::max(longest, sequence->cols());
-  const auto dimensions = static_cast<int>(scaled[0]->rows());
-  make_room(longest, dimensions, kernels);
+  frame_count_ = whole_tiles(longest);
+  const auto dimensions = static_cast<std::size_t>(scaled[0]->rows());
+  const auto lanes = static_cast<std::size_t>(kernels.lanes);
+  values_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * dimensions * lanes);
+  norms_ = AlignedArray<float>(static_cast<std::size_t>(frame_count_) * lanes);
   const float* from[kMostLanes] = {};
   int count[kMostLanes] = {};
   for (std::size_t lane = 0; lane < scaled.size(); ++lane) {
     from[lane] = scaled[lane]->data();
     count[lane] = static_cast<int>(scaled[lane]->size());
   }
-  kernels.interleave(from, count, frame_count_ * dimensions, values_.data());
-  kernels.lane_norms(values_.data(), frame_count_, dimensions, norms_.data());
-}
-
-PackedLanes::PackedLanes(std::span<const PackedFrames* const> sequences, int first,
-                         const LaneKernels& kernels) {
-  int longest = 0;
-  for (const PackedFrames* sequence : sequences)
-    longest = std::max(longest, sequence->frame_count());
-  const int dimensions = sequences[0]->dimensions() - first;
-  make_room(longest, dimensions, kernels);
-  const float* from[kMostLanes] = {};
-  int count[kMostLanes] = {};
-  for (std::size_t lane = 0; lane < sequences.size(); ++lane) {
-    from[lane] = sequences[lane]->view(first).values;
-    count[lane] = sequences[lane]->frame_count();
-  }
-  kernels.interleave_rows(from, count, dimensions, frame_count_, values_.data());
-  kernels.lane_norms(values_.data(), frame_count_, dimensions, norms_.data());
-}
-
-void PackedLanes::make_room(Eigen::Index longest, Eigen::Index dimensions,
-                            const LaneKernels& kernels) {
-  frame_count_ = whole_tiles(longest);
-  const auto cells =
-      static_cast<std::size_t>(frame_count_) * static_cast<std::size_t>(kernels.lanes);
-  values_ = AlignedArray<float>(cells * static_cast<std::size_t>(dimensions));
-  norms_ = AlignedArray<float>(cells);
+  kernels.interleave(from, count, frame_count_ * static_cast<int>(dimensions), values_.data());
+  kernels.lane_norms(values_.data(), frame_count_, static_cast<int>(dimensions), norms_.data());
 }
 
 std::vector<int> longest_first(std::span<const Eigen::MatrixXd> sequences) {

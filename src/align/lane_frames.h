@@ -88,8 +88,6 @@ class PackedFrames {
 
   /// Features from `first` on.
   [[nodiscard]] FrameRows view(int first) const;
-  [[nodiscard]] int dimensions() const noexcept { return dimensions_; }
-  [[nodiscard]] int frame_count() const noexcept { return frame_count_; }
 
  private:
   int dimensions_;
@@ -102,9 +100,6 @@ class PackedLanes {
  public:
   /// @param scaled  at least one, at most kernels.lanes, each D x T_l with one D.
   PackedLanes(std::span<const Eigen::MatrixXf* const> scaled, const LaneKernels& kernels);
-  /// Features from `first` on of as many sequences.
-  PackedLanes(std::span<const PackedFrames* const> sequences, int first,
-              const LaneKernels& kernels);
 
   [[nodiscard]] LaneFrames view() const noexcept {
     return {values_.data(), norms_.data(), frame_count_};
@@ -112,8 +107,6 @@ class PackedLanes {
   [[nodiscard]] int frame_count() const noexcept { return frame_count_; }
 
  private:
-  void make_room(Eigen::Index longest, Eigen::Index dimensions, const LaneKernels& kernels);
-
   int frame_count_;  // of the longest, rounded up to whole tiles
   AlignedArray<float> values_;
   AlignedArray<float> norms_;

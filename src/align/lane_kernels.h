@@ -114,11 +114,6 @@ struct LaneKernels {
   /// to[n * lanes + l] = from[l][n] for all n < count[l], else 0, n < most_count.
   void (*interleave)(const float* const* from, const int* count, int most_count, float* to);
 
-  /// to[(q * dimensions + k) * lanes + l] = from[l][k * count[l] + q] for all q < count[l], else 0,
-  /// q < most_count.
-  void (*interleave_rows)(const float* const* from, const int* count, int dimensions,
-                          int most_count, float* to);
-
   /// Squared distances between boxes of two sequences, row_count x box_count x lanes, and the least
   /// of each row (row_least, row_count x lanes) and of each box (box_least, box_count x lanes).
   /// A row's box has its lower bounds, then its upper ones, `dimensions` of each; so have the

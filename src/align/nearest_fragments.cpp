@@ -130,12 +130,13 @@ struct PreparedFragments {
   std::size_t lanes = static_cast<std::size_t>(kernels.lanes);
   std::span<const Eigen::MatrixXd> fragments;
   Scaling scaling;
-  Eigen::MatrixXd axes;              // D x D
-  std::vector<PackedFrames> packed;  // one a fragment, scaled: screened_first
-  float largest_norm = 0.0F;         // squared, of all frames
-  std::vector<BoxGroup> groups;      // fragments by falling length
-  std::vector<int> order;            // fragment at each place, group * lanes + lane
-  std::vector<std::size_t> place;    // of each fragment
+  Eigen::MatrixXd axes;                  // D x D
+  std::vector<Eigen::MatrixXf> rotated;  // one a fragment, scaled, for lanes
+  std::vector<PackedFrames> packed;      // screened_first, for alignments one at a time
+  float largest_norm = 0.0F;             // squared, of all frames
+  std::vector<BoxGroup> groups;          // fragments by falling length
+  std::vector<int> order;                // fragment at each place, group * lanes + lane
+  std::vector<std::size_t> place;        // of each fragment
 
   explicit PreparedFragments(std::span<const Eigen::MatrixXd> all) : fragments(all) {
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -146,13 +147,12 @@ struct PreparedFragments {
     if (all.empty()) throw Error(ErrorKind::kData, "nearest: no fragment, at least one is needed");
     scaling = Scaling::of(all);
     axes = principal_axes(all, scaling.center);
-    std::vector<Eigen::MatrixXf> rotated;
     for (const Eigen::MatrixXd& fragment : all) {
       rotated.push_back(rotate(fragment, scaling));
       packed.emplace_back(screened_first(rotated.back()));
       largest_norm = std::max(largest_norm, rotated.back().colwise().squaredNorm().maxCoeff());
     }
-    add_groups(rotated);
+    add_groups();
   }
 
   [[nodiscard]] Eigen::MatrixXf rotate(const Eigen::Ref<const Eigen::MatrixXd>& sequence,
@@ -160,7 +160,7 @@ struct PreparedFragments {
     return (axes * ((sequence.colwise() - scale.center) * scale.factor)).cast<float>();
   }
 
-  void add_groups(const std::vector<Eigen::MatrixXf>& rotated) {
+  void add_groups() {
     order = longest_first(fragments);
     place.resize(order.size());
     std::vector<const Eigen::MatrixXf*> group;
@@ -508,9 +508,10 @@ class FragmentIndex::Search {
   }
 
   void align(std::span<const int> fragments) {
-    std::vector<const PackedFrames*> packed;
-    for (const int i : fragments) packed.push_back(&data_.packed[static_cast<std::size_t>(i)]);
-    const PackedLanes lanes(packed, 1, data_.kernels);
+    std::vector<const Eigen::MatrixXf*> side_by_side;
+    for (const int i : fragments)
+      side_by_side.push_back(&data_.rotated[static_cast<std::size_t>(i)]);
+    const PackedLanes lanes(side_by_side, data_.kernels);
     const std::array<bool, kMostLanes> swapped = {};
     LaneDtw dtw(data_.kernels, lanes.frame_count());
     dtw.begin(rows_, lanes, swapped.data());

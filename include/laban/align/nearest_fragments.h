@@ -40,7 +40,7 @@ struct NearestFragments {
 class FragmentIndex {
  public:
   /// @param fragments  at least one, each D x T_i with one D; they must outlive this.
-  /// @throws Error{kData} as dtw. Memory about 4 (D + 8) bytes a frame.
+  /// @throws Error{kData} as dtw. Memory about 8 (D + 4) bytes a frame.
   explicit FragmentIndex(std::span<const Eigen::MatrixXd> fragments);
   ~FragmentIndex();
   FragmentIndex(FragmentIndex&&) noexcept;
