@@ -24,6 +24,11 @@ using Eigen::Vector3d;
 /// A point in contact moves slower than this on the standard body, m/s: what is as fast is a blend
 /// of a standing foot with a swinging one.
 constexpr double kFastestContact = 0.5;
+/// At the ends of a stance a foot that is faster than this, m/s on the standard body, and than this
+/// multiple of its median speed there, comes or goes, for so long at most, seconds.
+constexpr double kLeaving = 0.1;
+constexpr double kLeavingOverMedian = 2.0;
+constexpr double kLongestLeavingS = 0.15;
 /// Half-width of the roll from heel to toe, seconds.
 constexpr double kRollS = 0.04;
 /// A stance goes on over gaps shorter than this, seconds.
@@ -51,7 +56,7 @@ constexpr double kSoftFloorM = 0.005;
 /// Reach over time of the lowering of the pelvis, seconds.
 constexpr double kPelvisS = 0.12;
 /// Corrections have nothing above this: a step swings at 2 Hz.
-constexpr double kCutoffHz = 8.0;
+constexpr double kCutoffHz = 6.5;
 
 /// From 0 at 0 to 1 at 1 with no velocity and no acceleration at either end.
 double smoothstep(double x) {
@@ -99,22 +104,35 @@ struct Scale {
   }
 };
 
+/// Velocity of a point at a frame, m/s.
+Vector3d velocity(const Eigen::Matrix3Xd& path, Index f, const Scale& scale) {
+  const Index before = std::max<Index>(f - 1, 0);
+  const Index after = std::min<Index>(f + 1, path.cols() - 1);
+  if (after == before) return Vector3d::Zero();
+  return (path.col(after) - path.col(before)) *
+         (scale.rate_hz / static_cast<double>(after - before));
+}
+/// Its part over the ground.
+double ground_speed(const Eigen::Matrix3Xd& path, Index f, const Scale& scale) {
+  const Vector3d v = velocity(path, f, scale);
+  return std::hypot(v.x(), v.z());
+}
+
 /// Contacts of a point that it can make: it moves slower than kFastestContact.
 std::vector<bool> possible_contacts(const FootContacts& contacts, FootPoint point,
                                     const Eigen::Matrix3Xd& path, const Scale& scale) {
   const Index frames = path.cols();
   std::vector<bool> on(static_cast<std::size_t>(frames), false);
   for (Index f = 0; f < frames; ++f) {
-    const Index before = std::max<Index>(f - 1, 0);
-    const Index after = std::min<Index>(f + 1, frames - 1);
-    Vector3d step = path.col(after) - path.col(before);
-    step.y() = 0.0;
-    const double speed =
-        after == before ? 0.0 : step.norm() * scale.rate_hz / static_cast<double>(after - before);
-    on[static_cast<std::size_t>(f)] =
-        contacts.touches(point, static_cast<int>(f)) && speed < kFastestContact * scale.body;
+    on[static_cast<std::size_t>(f)] = contacts.touches(point, static_cast<int>(f)) &&
+                                      ground_speed(path, f, scale) < kFastestContact * scale.body;
   }
   return on;
+}
+
+/// One frame has no velocity to hold, and a touch is no stance.
+Index shortest_stance(const Scale& scale) {
+  return std::max<Index>(2, scale.frames(kShortestStanceS));
 }
 
 void trim(const Foot& foot, const Scale& scale, Stance& stance);
@@ -130,14 +148,13 @@ std::vector<Stance> stances_of(const Foot& foot, const Scale& scale) {
     }
   }
   for (Stance& stance : all) trim(foot, scale, stance);
-  // One frame has no velocity to hold, and a touch is no stance.
-  const Index shortest = std::max<Index>(2, scale.frames(kShortestStanceS));
+  const Index shortest = shortest_stance(scale);
   std::erase_if(all, [&](const Stance& stance) { return stance.end - stance.begin < shortest; });
   return all;
 }
 
-/// Cuts off the ends of a stance in which the foot already lifts or still lands: held down there,
-/// it would be dragged low over the ground after it.
+/// Cuts off the ends of a stance in which the foot already lifts or leaves, or still comes or
+/// lands: held down there, it would be dragged low over the ground after it.
 void trim(const Foot& foot, const Scale& scale, Stance& stance) {
   std::vector<double> heights[2];
   const auto point = [&](Index f) -> const Eigen::Matrix3Xd& {
@@ -156,6 +173,19 @@ void trim(const Foot& foot, const Scale& scale, Stance& stance) {
   };
   while (stance.end - stance.begin > 2 && leaves(stance.begin)) ++stance.begin;
   while (stance.end - stance.begin > 2 && leaves(stance.end - 1)) --stance.end;
+  // A foot that is held while it already travels would have to hurry after it; one that slides all
+  // the time is to be held.
+  std::vector<double> speeds;
+  for (Index f = stance.begin; f < stance.end; ++f)
+    speeds.push_back(velocity(point(f), f, scale).norm());
+  const double most = std::max(kLeaving * scale.body, kLeavingOverMedian * math::median(speeds));
+  const auto travels = [&](Index f) { return velocity(point(f), f, scale).norm() > most; };
+  const Index shortest = shortest_stance(scale);
+  const Index longest = scale.frames(kLongestLeavingS);
+  const Index last_begin = std::min(stance.begin + longest, stance.end - shortest);
+  while (stance.begin < last_begin && travels(stance.begin)) ++stance.begin;
+  const Index first_end = std::max(stance.end - longest, stance.begin + shortest);
+  while (stance.end > first_end && travels(stance.end - 1)) --stance.end;
 }
 
 /// How much of a stance the toe carries: 1 where it is in contact, smoothed over kRollS.
@@ -520,6 +550,12 @@ void raise_body(Draft& draft, const Clip& clip, const Humanoid& humanoid, const 
       pose.rotations[static_cast<std::size_t>(parent)].conjugate() * Vector3d(0.0, up, 0.0);
 }
 
+std::vector<ModelPose> model_poses(const Clip& clip) {
+  std::vector<ModelPose> poses;
+  for (int f = 0; f < clip.frame_count(); ++f) poses.push_back(forward_kinematics(clip, f));
+  return poses;
+}
+
 void require_fit(const Clip& clip, const Humanoid& humanoid, const FootContacts& contacts,
                  const FootLockOptions& options) {
   if (const auto problems = options.problems(); !problems.empty()) {
@@ -599,10 +635,12 @@ std::vector<std::string> FootLockOptions::problems() const {
   return list;
 }
 
-LockedFeet lock_feet(const Clip& clip, const Humanoid& humanoid, const FootContacts& contacts,
+LockedFeet lock_feet(const Clip& given, const Humanoid& humanoid, const FootContacts& contacts,
                      const FootLockOptions& options) {
-  require_fit(clip, humanoid, contacts, options);
-  if (!contacts.any()) return {clip, 0, 0, 0.0, 0.0};
+  require_fit(given, humanoid, contacts, options);
+  if (!contacts.any()) return {given, 0, 0, 0.0, 0.0};
+  const std::array<LegJoints, 2> legs = legs_of(humanoid, model_poses(given));
+  const Clip clip = mend_knees(given, legs);
   const Scale scale{clip.frame_rate_hz(), humanoid.leg_length_m() / kStandardLegLengthM};
   std::array<Foot, 2> feet = feet_of(clip, humanoid, contacts, scale);
   const FootFloor floor = options.floor.value_or(floor_of(feet));
@@ -610,9 +648,7 @@ LockedFeet lock_feet(const Clip& clip, const Humanoid& humanoid, const FootConta
   LockedFeet locked{clip, 0, correct(feet, shift, floor, options, scale), 0.0, 0.0};
 
   const int frames = clip.frame_count();
-  std::vector<ModelPose> poses;
-  for (int f = 0; f < frames; ++f) poses.push_back(forward_kinematics(clip, f));
-  const std::array<LegJoints, 2> legs = legs_of(humanoid, poses);
+  const std::vector<ModelPose> poses = model_poses(clip);
   const Eigen::RowVectorXd lowered =
       lowering(poses, legs, feet, options.deepest_m * scale.body, scale);
   Draft draft = draft_of(clip);

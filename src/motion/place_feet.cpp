@@ -1,7 +1,6 @@
 #include "motion/place_feet.h"
 
 #include <algorithm>
-#include <numbers>
 #include <vector>
 
 #include "laban/math/low_pass.h"
@@ -111,7 +110,9 @@ void settle(Rotations& rotations, const Clip& original, const std::array<LegJoin
     const ModelPose pose = forward_kinematics(clip, f);
     for (const LegJoints& leg : legs) {
       if (!moved(leg.thigh) && !moved(leg.shin)) continue;
-      settle_leg(pose, clip.skeleton(), leg, std::min(kStraightestKnee, knee_bend(before, leg)),
+      // What is as bent as it was stays so, to the bit.
+      const double least = std::min(kStraightestKnee, knee_bend(before, leg) - kSettleWidth);
+      settle_leg(pose, clip.skeleton(), leg, least,
                  before.rotations[static_cast<std::size_t>(leg.foot)], local);
     }
   }
@@ -123,16 +124,22 @@ std::array<LegJoints, 2> legs_of(const Humanoid& humanoid, std::span<const Model
   using enum StandardJoint;
   const auto leg_of = [&](StandardJoint thigh, StandardJoint shin, StandardJoint foot) {
     LegJoints leg{humanoid.mapped(thigh)->joint, humanoid.mapped(shin)->joint,
-                  humanoid.mapped(foot)->joint, humanoid.mapped(thigh)->reference};
-    double bent = 0.0;
-    for (const ModelPose& pose : poses) bent += knee_bend(pose, leg);
-    if (bent < 0.0) {
-      const Quaterniond about(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitY()));
-      leg.thigh_reference = about * leg.thigh_reference;
-    }
+                  humanoid.mapped(foot)->joint, Vector3d::UnitX()};
+    leg.hinge = find_hinge(poses, leg, humanoid.mapped(thigh)->reference);
     return leg;
   };
   return {leg_of(kLeftThigh, kLeftShin, kLeftFoot), leg_of(kRightThigh, kRightShin, kRightFoot)};
+}
+
+Clip mend_knees(const Clip& clip, const std::array<LegJoints, 2>& legs) {
+  Rotations rotations(clip);
+  bool any = false;
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    const ModelPose pose = forward_kinematics(clip, f);
+    for (const LegJoints& leg : legs)
+      any = mend_knee(pose, clip.skeleton(), leg, rotations.at(f)) || any;
+  }
+  return any ? rotations.on(clip) : clip;
 }
 
 Clip place_feet(const Clip& clip, const std::array<LegJoints, 2>& legs,

@@ -13,10 +13,13 @@
 
 namespace laban::motion {
 
-/// Both legs of a rig. A leg's reference is turned about if its knee would otherwise bend the wrong
-/// way in most of the poses.
+/// Both legs of a rig, their hinges found from the poses.
 [[nodiscard]] std::array<LegJoints, 2> legs_of(const Humanoid& humanoid,
                                                std::span<const ModelPose> poses);
+
+/// The clip with knees that do not bend the wrong way (mend_knee); legs that bend by more than 4
+/// degrees keep their rotations bit for bit.
+[[nodiscard]] Clip mend_knees(const Clip& clip, const std::array<LegJoints, 2>& legs);
 
 /// Brings the left and the right foot joint to `goals` (3 x F, model space) by two-bone IK; the
 /// feet keep their orientation in model space.

@@ -14,24 +14,30 @@ using Eigen::Vector3d;
 constexpr double kDegree = std::numbers::pi / 180.0;
 /// The pelvis is lowered before a knee comes to this bend.
 constexpr double kComfortable = 10.0 * kDegree;
+/// What is bent the wrong way by more than this is bent the right way beyond 180 degrees: so do
+/// blends beyond deep squats.
+constexpr double kFarthestBack = -60.0 * kDegree;
 /// A knee is not bent farther than this.
 constexpr double kMostBent = 150.0 * kDegree;
 /// Half of the range of 1 - cos(bend) over which straightening meets its limit: from 4 to about 10
 /// degrees, for which the foot stays a millimetre short on an adult's leg.
 constexpr double kSoftBend = 0.014;
-/// Moves of a foot over which the limits above set in, and over which a knee that is bent the wrong
-/// way (blends of straight legs, extrapolated) comes to bend the right way, metres.
+/// Moves of a foot over which the limits above set in, metres.
 constexpr double kLimitsFullAt = 0.01;
-constexpr double kRightWayAt = 0.002;
-/// Sines of the knee between which the plane of the leg takes over from the thigh's side.
+/// Sines of the knee between which the plane of the leg takes over from the hinge, and cosines of
+/// the angle between the two over which it does: what is across to the hinge shows none.
 constexpr double kStraightSine = 0.03;
 constexpr double kBentSine = 0.15;
-/// A low-pass straightens a knee too far by less than the first; what seems more than the second is
-/// no such thing (the side of the knee is in doubt).
-constexpr double kMostRebent = 4.0 * kDegree;
-constexpr double kInDoubt = 12.0 * kDegree;
-/// Sine of the knee below which it may be bent the wrong way.
-constexpr double kBackwardsSine = 0.35;
+constexpr double kOffHinge = 0.3;
+constexpr double kOnHinge = 0.7;
+/// A foot so near to the hip, in leg lengths, as only blends fold a leg, is not moved, and farther
+/// away than the second wholly: there its direction from the hip means little.
+constexpr double kFolded = 0.1;
+constexpr double kUnfolded = 0.25;
+/// Knees are mended where they bend less than this.
+constexpr double kMendedBelow = 4.0 * kDegree;
+/// Mean sine of the knee from which poses show where its hinge is.
+constexpr double kShownSine = 0.1;
 
 double smoothstep(double x) {
   const double t = std::clamp(x, 0.0, 1.0);
@@ -56,11 +62,9 @@ Leg leg_of(const ModelPose& pose, const LegJoints& joints) {
           pose.positions.col(joints.foot) - pose.positions.col(joints.shin)};
 }
 
-/// The thigh's side in model space, square to the thigh; about it a positive turn bends the knee.
-/// Zero if the side lies along the thigh.
+/// The hinge in model space, square to the thigh. Zero if it lies along the thigh.
 Vector3d side_of(const Leg& leg, const ModelPose& pose, const LegJoints& joints) {
-  const Vector3d side = pose.rotations[static_cast<std::size_t>(joints.thigh)] *
-                        (joints.thigh_reference.conjugate() * Vector3d::UnitX());
+  const Vector3d side = pose.rotations[static_cast<std::size_t>(joints.thigh)] * joints.hinge;
   const Vector3d across = side - side.dot(leg.thigh) / leg.thigh.squaredNorm() * leg.thigh;
   return across.norm() < 1e-6 ? Vector3d(Vector3d::Zero()) : Vector3d(across.normalized());
 }
@@ -70,20 +74,20 @@ Vector3d sine_of(const Leg& leg) {
 }
 
 /// The knee's axis in model space, about which a positive turn bends it: the normal of the leg's
-/// plane, and the thigh's side where the leg is straight.
+/// plane, on the hinge's side, and the hinge where the leg is straight or bends across it. It goes
+/// over from one to the other without a jump, so that a knee that passes through straight, either
+/// way, turns about one axis.
 Vector3d knee_axis(const Leg& leg, const ModelPose& pose, const LegJoints& joints) {
   const Vector3d across = side_of(leg, pose, joints);
   const Vector3d normal = sine_of(leg);
   const double sine = normal.norm();
   if (across.isZero(0.0)) return sine > 1e-9 ? Vector3d(normal / sine) : Vector3d::UnitX();
   if (sine <= kStraightSine) return across;
-  const double share = smoothstep((sine - kStraightSine) / (kBentSine - kStraightSine));
-  // A knee that is bent a little the wrong way turns about the same axis; one that is bent more
-  // shows where its axis is.
-  const bool backwards = sine < kBackwardsSine && normal.dot(across) < 0.0;
-  const Vector3d plane = normal / (backwards ? -sine : sine);
-  const Vector3d mixed = share * plane + (1.0 - share) * across;
-  return mixed.norm() < 1e-6 ? across : Vector3d(mixed.normalized());
+  const double cosine = normal.dot(across) / sine;
+  const double share = smoothstep((sine - kStraightSine) / (kBentSine - kStraightSine)) *
+                       smoothstep((std::abs(cosine) - kOffHinge) / (kOnHinge - kOffHinge));
+  const Vector3d plane = normal / (cosine < 0.0 ? -sine : sine);
+  return (share * plane + (1.0 - share) * across).normalized();
 }
 
 /// The larger of `x` and `least`, rounded off within `width` of where they meet.
@@ -97,7 +101,7 @@ double soft_max(double x, double least, double width) {
 /// How the length of a leg depends on the bend of its knee about an axis:
 /// |thigh + R shin|^2 = thigh^2 + shin^2 + 2 (along + size cos(bend)).
 struct Knee {
-  double bend;  // as it is; negative if bent the wrong way
+  double bend;  // as it is, from kFarthestBack on; negative if bent the wrong way
   double along;
   double size;
   double squares;
@@ -113,6 +117,7 @@ struct Knee {
     const double sine = leg.thigh.dot(axis.cross(leg.shin));
     size = std::hypot(cosine, sine);
     bend = std::atan2(-sine, cosine);
+    if (bend < kFarthestBack) bend += 2.0 * std::numbers::pi;
   }
   /// 1 - cos(bend) at a length from hip to ankle; negative if it cannot be as long.
   [[nodiscard]] double flexion_at(double length) const {
@@ -130,11 +135,50 @@ double bend_for(const Knee& knee, double length, double way) {
   const double flexion = std::clamp(wanted + smoothstep(way / kLimitsFullAt) * (limited - wanted),
                                     std::min(now, least), most);
   const double bend = std::acos(1.0 - flexion);
-  if (knee.bend >= 0.0) return bend;
-  return (2.0 * smoothstep(way / kRightWayAt) - 1.0) * bend;
+  return knee.bend > std::numbers::pi ? 2.0 * std::numbers::pi - bend : bend;
+}
+
+/// Turns of a leg's joints, in model space: the knee turns all below it, the hip all of that; the
+/// foot ends up as `foot_rotation` says.
+struct LegTurn {
+  Quaterniond hip;
+  Quaterniond knee;
+  Quaterniond foot_rotation;
+};
+
+void write(const LegTurn& turn, const ModelPose& pose, const Skeleton& skeleton,
+           const LegJoints& joints, std::span<Quaterniond> local) {
+  const auto model = [&](int joint) { return pose.rotations[static_cast<std::size_t>(joint)]; };
+  const auto parent = [&](int joint) { return skeleton.joint(joint).parent; };
+  const auto set = [&](int joint, const Quaterniond& rotation) {
+    local[static_cast<std::size_t>(joint)] = rotation.normalized();
+  };
+  const Quaterniond above_thigh =
+      parent(joints.thigh) < 0 ? Quaterniond::Identity() : model(parent(joints.thigh));
+  set(joints.thigh, above_thigh.conjugate() * turn.hip * model(joints.thigh));
+  set(joints.shin, model(parent(joints.shin)).conjugate() * turn.knee * model(joints.shin));
+  set(joints.foot,
+      (turn.hip * turn.knee * model(parent(joints.foot))).conjugate() * turn.foot_rotation);
 }
 
 }  // namespace
+
+Vector3d find_hinge(std::span<const ModelPose> poses, const LegJoints& joints,
+                    const Quaterniond& thigh_reference) {
+  const Vector3d reference = thigh_reference.conjugate() * Vector3d::UnitX();
+  Vector3d shown = Vector3d::Zero();
+  for (const ModelPose& pose : poses) {
+    const Leg leg = leg_of(pose, joints);
+    if (leg.thigh.norm() < 1e-9 || leg.shin.norm() < 1e-9) return reference;
+    shown += pose.rotations[static_cast<std::size_t>(joints.thigh)].conjugate() * sine_of(leg) /
+             static_cast<double>(poses.size());
+  }
+  // Knees that all stand a little overstretched do not show that the hinge is the other way.
+  const bool turned = shown.dot(reference) < -0.5 * kShownSine;
+  const double unsure = std::max(0.0, kShownSine - shown.norm());
+  const Vector3d hinge = shown + (turned ? -unsure : unsure) * reference;
+  return hinge.norm() < 0.1 * kShownSine ? reference : Vector3d(hinge.normalized());
+}
 
 double lowering_to_reach(const ModelPose& pose, const LegJoints& joints, const Vector3d& move) {
   const Leg leg = leg_of(pose, joints);
@@ -149,25 +193,18 @@ void move_foot(const ModelPose& pose, const Skeleton& skeleton, const LegJoints&
                const Vector3d& move, std::span<Quaterniond> local) {
   const Leg leg = leg_of(pose, joints);
   if (leg.thigh.norm() < 1e-9 || leg.shin.norm() < 1e-9) return;  // no leg to bend
-  const Vector3d target = leg.foot() + move;
-  if (target.norm() < 1e-9) return;
+  const double distance = leg.foot().norm() / (leg.thigh.norm() + leg.shin.norm());
+  const double share = smoothstep((distance - kFolded) / (kUnfolded - kFolded));
+  const Vector3d target = leg.foot() + share * move;
+  if (share == 0.0 || target.norm() < 1e-9) return;
   const Vector3d axis = knee_axis(leg, pose, joints);
   const Knee bending(leg, axis);
   if (bending.size < 1e-12) return;
   const Quaterniond knee(
-      AngleAxisd(bend_for(bending, target.norm(), move.norm()) - bending.bend, axis));
+      AngleAxisd(bend_for(bending, target.norm(), share * move.norm()) - bending.bend, axis));
   const Quaterniond hip = Quaterniond::FromTwoVectors(leg.thigh + knee * leg.shin, target);
-  const auto model = [&](int joint) { return pose.rotations[static_cast<std::size_t>(joint)]; };
-  const auto parent = [&](int joint) { return skeleton.joint(joint).parent; };
-  const auto write = [&](int joint, const Quaterniond& rotation) {
-    local[static_cast<std::size_t>(joint)] = rotation.normalized();
-  };
-  // The hip turns all below the thigh, the knee all below the shin; the foot is turned back.
-  const Quaterniond above_thigh =
-      parent(joints.thigh) < 0 ? Quaterniond::Identity() : model(parent(joints.thigh));
-  write(joints.thigh, above_thigh.conjugate() * hip * model(joints.thigh));
-  write(joints.shin, model(parent(joints.shin)).conjugate() * knee * model(joints.shin));
-  write(joints.foot, (hip * knee * model(parent(joints.foot))).conjugate() * model(joints.foot));
+  write({hip, knee, pose.rotations[static_cast<std::size_t>(joints.foot)]}, pose, skeleton, joints,
+        local);
 }
 
 double knee_bend(const ModelPose& pose, const LegJoints& joints) {
@@ -176,20 +213,27 @@ double knee_bend(const ModelPose& pose, const LegJoints& joints) {
   return Knee(leg, knee_axis(leg, pose, joints)).bend;
 }
 
+bool mend_knee(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& joints,
+               std::span<Quaterniond> local) {
+  const double bend = knee_bend(pose, joints);
+  if (bend >= kMendedBelow) return false;
+  const Leg leg = leg_of(pose, joints);
+  if (leg.thigh.norm() < 1e-9 || leg.shin.norm() < 1e-9) return false;
+  const Quaterniond knee(
+      AngleAxisd(soft_max(bend, 0.0, kMendedBelow) - bend, knee_axis(leg, pose, joints)));
+  const Quaterniond hip = Quaterniond::FromTwoVectors(leg.thigh + knee * leg.shin, leg.foot());
+  write({hip, knee, pose.rotations[static_cast<std::size_t>(joints.foot)]}, pose, skeleton, joints,
+        local);
+  return true;
+}
+
 void settle_leg(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& joints,
                 double least_bend, const Quaterniond& foot_rotation, std::span<Quaterniond> local) {
-  const auto model = [&](int joint) { return pose.rotations[static_cast<std::size_t>(joint)]; };
-  const auto parent = [&](int joint) { return skeleton.joint(joint).parent; };
+  const double bend = knee_bend(pose, joints);
+  const double by = soft_max(bend, least_bend, kSettleWidth) - bend;
   Quaterniond knee = Quaterniond::Identity();
-  const double short_of = least_bend - knee_bend(pose, joints);
-  if (short_of > 0.0 && short_of < kInDoubt) {
-    const double share = smoothstep((kInDoubt - short_of) / (kInDoubt - kMostRebent));
-    knee = AngleAxisd(share * short_of, knee_axis(leg_of(pose, joints), pose, joints));
-    local[static_cast<std::size_t>(joints.shin)] =
-        (model(parent(joints.shin)).conjugate() * knee * model(joints.shin)).normalized();
-  }
-  local[static_cast<std::size_t>(joints.foot)] =
-      ((knee * model(parent(joints.foot))).conjugate() * foot_rotation).normalized();
+  if (by > 0.0) knee = AngleAxisd(by, knee_axis(leg_of(pose, joints), pose, joints));
+  write({Quaterniond::Identity(), knee, foot_rotation}, pose, skeleton, joints, local);
 }
 
 }  // namespace laban::motion
