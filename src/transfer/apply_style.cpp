@@ -43,8 +43,9 @@ struct Restyled {
 StyledPiece play(PlayMemory& memory, const InputSnippet& own, const BlendChoice& choice,
                  const ApplyOptions& options) {
   PlayedChoice played = play_choice(memory, choice, options.fastest_play);
-  StyledPiece piece = options.detail == Detail::kResidual ? restyled_in_detail(own, memory, played)
-                                                          : replaced(own, std::move(played));
+  StyledPiece piece = options.detail == Detail::kResidual
+                          ? restyled_in_detail(own, memory.model(), played)
+                          : replaced(own, std::move(played));
   if (options.strength < 1.0) piece = mixed(own, piece, options.strength);
   if (options.keep_timing) piece = with_own_timing(own, piece);
   return piece;
@@ -70,7 +71,7 @@ Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget
     restyled.piece = as_captured(own);
     return restyled;
   }
-  report.own_share = options.detail == Detail::kResidual ? 1.0 : 1.0 - options.strength;
+  report.own_share = 1.0 - options.strength;
   report.choice = search_blend(model, own.fragment, asked, options.search);
   restyled.piece = play(memory, own, report.choice, options);
   report.measured =

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <map>
 #include <span>
 
 #include "laban/align/dtw.h"
@@ -48,25 +48,48 @@ motion::Clip play_fragment(motion::PoseMatrix pose, const motion::Capture& input
                                   input.humanoid, input.clip);
 }
 
-std::vector<motion::Clip> play_sources(const StyleModel& model, const AppliedStyle& applied,
-                                       const motion::Capture& input) {
-  std::vector<motion::Clip> sources;
-  std::set<int> seen;
-  const double per_frame = input.clip.frame_rate_hz() / applied.pose.frame_rate_hz;
+/// The input's own frames that a snippet shows.
+motion::Clip own_frames(const AppliedSnippet& snippet, const motion::Clip& input,
+                        double model_rate_hz) {
+  const double per_frame = input.frame_rate_hz() / model_rate_hz;
+  const int last = input.frame_count();
+  const int begin =
+      std::clamp(static_cast<int>(std::lround(snippet.begin * per_frame)), 0, last - 1);
+  const int end =
+      std::clamp(static_cast<int>(std::lround(snippet.end * per_frame)), begin + 1, last);
+  return input.slice(begin, end);
+}
+
+/// What an output is made of, and each one's share of it.
+struct Sources {
+  std::vector<motion::Clip> clips;
+  std::vector<double> shares;
+};
+
+Sources play_sources(const StyleModel& model, const AppliedStyle& applied,
+                     const motion::Capture& input) {
+  Sources sources;
+  std::map<int, std::size_t> place_of;  // of fragments
   for (const AppliedSnippet& snippet : applied.snippets) {
+    std::vector<std::size_t> places;
     if (snippet.own_share > 0.0) {
-      const int last = input.clip.frame_count();
-      const int begin =
-          std::clamp(static_cast<int>(std::lround(snippet.begin * per_frame)), 0, last - 1);
-      const int end =
-          std::clamp(static_cast<int>(std::lround(snippet.end * per_frame)), begin + 1, last);
-      sources.push_back(input.clip.slice(begin, end));
+      places.push_back(sources.clips.size());
+      sources.clips.push_back(own_frames(snippet, input.clip, applied.pose.frame_rate_hz));
     }
-    if (snippet.kept) continue;
-    for (const BlendShare& share : snippet.choice.shares()) {
-      if (!seen.insert(share.fragment).second) continue;
-      sources.push_back(
-          play_fragment(model.fragments[static_cast<std::size_t>(share.fragment)].pose, input));
+    if (!snippet.kept) {
+      for (const BlendShare& share : snippet.choice.shares()) {
+        const auto [place, is_new] = place_of.emplace(share.fragment, sources.clips.size());
+        places.push_back(place->second);
+        if (!is_new) continue;
+        sources.clips.push_back(
+            play_fragment(model.fragments[static_cast<std::size_t>(share.fragment)].pose, input));
+      }
+    }
+    sources.shares.resize(sources.clips.size(), 0.0);
+    const double frames = snippet.output_end - snippet.output_begin;
+    for (const std::size_t place : places) {
+      sources.shares[place] +=
+          frames / (static_cast<double>(places.size()) * applied.pose.frame_count());
     }
   }
   return sources;
@@ -108,13 +131,15 @@ StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
   const motion::PoseMatrix pose =
       every_frame ? applied.pose : motion::sample(applied.pose, played, rate_hz);
   const std::vector<double> frames = source_frames(applied, played, rate_hz);
+  Sources sources = play_sources(model, applied, input);
   StyledClip styled{
       motion::from_pose_matrix(pose, input.humanoid, input.clip, {frames, std::nullopt}),
       frames,
       joins_of(applied, rate_hz, pose.frame_count()),
       std::nullopt,
       std::nullopt,
-      play_sources(model, applied, input),
+      std::move(sources.clips),
+      std::move(sources.shares),
       0,
       0,
       0.0};
@@ -135,25 +160,32 @@ StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
   return styled;
 }
 
+std::optional<double> content_ratio(const StyleModel& model, const motion::PoseMatrix& pose,
+                                    const motion::PoseMatrix& other, const std::string& content) {
+  const auto& names = model.contents.names;
+  const auto group = std::find(names.begin(), names.end(), content) - names.begin();
+  if (group == std::ssize(names)) return std::nullopt;
+  const double usual = model.match_costs[static_cast<std::size_t>(group)].median;
+  if (usual <= 0.0) return std::nullopt;
+  const align::ContentMetric& metric = model.database.metric();
+  const auto features = [&](const motion::PoseMatrix& of) {
+    return metric.features(of, metric.mean_pose(std::span(&of, 1)));
+  };
+  return align::dtw_cost(features(pose), features(other)).mean_cost() / usual;
+}
+
 std::optional<double> content_ratio(const StyleModel& model, const AppliedStyle& applied,
                                     const motion::PoseMatrix& input) {
-  const align::ContentMetric& metric = model.database.metric();
-  const auto features = [&](const motion::PoseMatrix& pose) {
-    return metric.features(pose, metric.mean_pose(std::span(&pose, 1)));
-  };
   double sum = 0.0;
   double frames = 0.0;
   for (const AppliedSnippet& snippet : applied.snippets) {
-    const auto group = static_cast<std::size_t>(
-        model.contents.numbers[static_cast<std::size_t>(snippet.fragment)]);
-    const double usual = model.match_costs[group].median;
-    if (snippet.kept || usual <= 0.0) continue;
-    const double cost =
-        align::dtw_cost(features(applied.pose.slice(snippet.output_begin, snippet.output_end)),
-                        features(input.slice(snippet.begin, snippet.end)))
-            .mean_cost();
+    if (snippet.kept) continue;
+    const auto ratio =
+        content_ratio(model, applied.pose.slice(snippet.output_begin, snippet.output_end),
+                      input.slice(snippet.begin, snippet.end), snippet.content);
+    if (!ratio) continue;
     const double count = snippet.output_end - snippet.output_begin;
-    sum += count * cost / usual;
+    sum += count * *ratio;
     frames += count;
   }
   return frames > 0.0 ? std::optional(sum / frames) : std::nullopt;
@@ -164,15 +196,17 @@ StyledQuality measure_styled(const StyledClip& styled, const motion::Humanoid& h
   StyledQuality quality;
   quality.output = motion::measure_quality(styled.clip, humanoid, floor);
   std::vector<motion::MotionQuality> sources;
-  for (const motion::Clip& clip : styled.sources) {
+  for (std::size_t n = 0; n < styled.sources.size(); ++n) {
+    const motion::Clip& clip = styled.sources[n];
     const auto own = motion::find_foot_contacts(clip, humanoid).floor;
     sources.push_back(motion::measure_quality(clip, humanoid, own.value_or(floor)));
-    const double share = 1.0 / static_cast<double>(styled.sources.size());
+    const double share = styled.source_shares[n];
     quality.source_skate_cm += share * sources.back().foot_skate_cm;
     quality.source_toe_height_m += share * sources.back().toe_height_m;
     quality.source_spectral_arc_length += share * sources.back().spectral_arc_length;
-    quality.source_jerk_m_s3 += share * sources.back().jerk_m_s3;
+    quality.source_jerk_m_s3 += share * std::pow(sources.back().jerk_m_s3, 2);
   }
+  quality.source_jerk_m_s3 = std::sqrt(quality.source_jerk_m_s3);
   quality.join_percentile =
       motion::join_acceleration_percentile(quality.output, styled.joins, sources);
   return quality;

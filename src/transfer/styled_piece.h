@@ -24,10 +24,10 @@ struct StyledPiece {
 /// The blend itself, the paper's way: nothing of the snippet but what is done.
 [[nodiscard]] StyledPiece replaced(const InputSnippet& own, PlayedChoice played);
 
-/// The snippet itself, changed by what the blend has other than the fragment nearest to it (ours,
-/// DESIGN 5): pose, height and steps by the difference, timing by the ratio of their speeds.
-/// Where the blend is the nearest fragment, this is the snippet.
-[[nodiscard]] StyledPiece restyled_in_detail(const InputSnippet& own, PlayMemory& memory,
+/// The blend in the performer's own manner (ours, DESIGN 5): timing, travel and legs are the
+/// blend's; to the upper body is added what is slow in the difference between the snippet and the
+/// fragment nearest to it, at the same moment of the action.
+[[nodiscard]] StyledPiece restyled_in_detail(const InputSnippet& own, const StyleModel& model,
                                              const PlayedChoice& played);
 
 /// Part of the way from the snippet (strength 0) to a piece (1), in timing, pose and root travel.

@@ -23,47 +23,48 @@ EffortTarget strong() {
   return {{std::nullopt, 1.0, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
 }
 
-/// The toy model in which every fragment has no neighbour but itself: any target chooses it.
-StyleModel model_of_lone_fragments() {
-  StyleModel model = test::toy_model();
-  for (std::size_t n = 0; n < model.neighbors.size(); ++n)
-    model.neighbors[n] = {static_cast<int>(n)};
-  return model;
-}
-
 double largest_difference(const motion::PoseMatrix& a, const motion::PoseMatrix& b) {
   return std::max({(a.angles - b.angles).cwiseAbs().maxCoeff(),
                    (a.height - b.height).cwiseAbs().maxCoeff(),
                    (a.steps - b.steps).rightCols(a.frame_count() - 1).cwiseAbs().maxCoeff()});
 }
 
-TEST(ResidualDetail, GivesTheInputBackWhereTheBlendIsTheNearestFragment) {
-  const motion::PoseMatrix input = two_actions();
-  const AppliedStyle applied =
-      apply_style(model_of_lone_fragments(), input, strong(), {.detail = Detail::kResidual});
-  ASSERT_GT(applied.snippets.size(), 1U);
-  ASSERT_EQ(applied.pose.frame_count(), input.frame_count());
-  EXPECT_LT(largest_difference(applied.pose, input), 1e-9);
+// The input is a fragment of the corpus, but for what its performer does beside the action.
+motion::PoseMatrix with_manner(motion::StandardJoint joint, double size, double turn_a_frame) {
+  motion::PoseMatrix input = test::toy_model().fragments[2].pose;
   for (int f = 0; f < input.frame_count(); ++f)
-    EXPECT_NEAR(applied.source_frames[static_cast<std::size_t>(f)], f, 1e-9);
+    input.angles(3 * motion::index_of(joint) + 2, f) += size * std::cos(turn_a_frame * f);
+  return input;
 }
 
-// The input is a fragment of the corpus, but for what its performer does beside the action: lifts
-// his left arm, and quickly so that nobody takes it for style.
-TEST(ResidualDetail, KeepsWhatThePerformerDoesBesideTheAction) {
-  const StyleModel& model = test::toy_model();
-  const int row = 3 * motion::index_of(motion::StandardJoint::kLeftUpperArm) + 2;
-  motion::PoseMatrix input = model.fragments[2].pose;
-  for (int f = 0; f < input.frame_count(); ++f) input.angles(row, f) += 0.1 * std::sin(0.8 * f);
-  const auto lift = [&](Detail detail) {
-    ApplyOptions options;
-    options.search = {.caution = 0.0, .stay = 0.0};  // a blend that is there to see
-    options.detail = detail;
-    const AppliedStyle applied = apply_style(model, input, strong(), options);
-    return applied.pose.angles.row(row).cwiseAbs().maxCoeff();
-  };
-  EXPECT_LT(lift(Detail::kReplace), 0.01);
-  EXPECT_NEAR(lift(Detail::kResidual), 0.1, 0.01);
+/// What residual detail adds to the blend.
+Eigen::MatrixXd manner_kept(const motion::PoseMatrix& input) {
+  ApplyOptions options;
+  options.search = {.caution = 0.0, .stay = 0.0};  // a blend that is there to see
+  const AppliedStyle replaced = apply_style(test::toy_model(), input, strong(), options);
+  options.detail = Detail::kResidual;
+  const AppliedStyle residual = apply_style(test::toy_model(), input, strong(), options);
+  EXPECT_EQ(residual.pose.frame_count(), replaced.pose.frame_count()) << "timing is the blend's";
+  EXPECT_TRUE(residual.pose.steps.isApprox(replaced.pose.steps)) << "and so is travel";
+  return residual.pose.angles - replaced.pose.angles;
+}
+
+TEST(ResidualDetail, KeepsThePerformersPosture) {
+  const auto joint = motion::StandardJoint::kLeftUpperArm;
+  const Eigen::MatrixXd kept = manner_kept(with_manner(joint, 0.1, 0.0));
+  const Eigen::Index row = 3 * motion::index_of(joint) + 2;
+  EXPECT_NEAR(kept.row(row).minCoeff(), 0.1, 0.01);
+  EXPECT_NEAR(kept.row(row).maxCoeff(), 0.1, 0.01);
+}
+
+TEST(ResidualDetail, TakesTimingAndTremblingFromTheStyle) {
+  const auto joint = motion::StandardJoint::kLeftUpperArm;
+  EXPECT_LT(manner_kept(with_manner(joint, 0.1, 0.8)).cwiseAbs().maxCoeff(), 0.02);
+}
+
+TEST(ResidualDetail, LeavesLegsToTheStyleForFeetStand) {
+  const auto joint = motion::StandardJoint::kLeftThigh;
+  EXPECT_LT(manner_kept(with_manner(joint, 0.1, 0.0)).cwiseAbs().maxCoeff(), 0.01);
 }
 
 // A quick fragment's speed makes a multiple of a performer's trembling.

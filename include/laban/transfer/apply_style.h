@@ -18,7 +18,7 @@ namespace laban::transfer {
 /// What of the input's own motion lives on in the output.
 enum class Detail {
   kReplace,   ///< what is done, and nothing else: the paper's way
-  kResidual,  ///< (ours) all but what the blend has other than the fragment nearest to the input
+  kResidual,  ///< (ours) posture and slow manner of the upper body, beside the nearest fragment's
 };
 
 /// "replace" or "residual".
@@ -83,8 +83,7 @@ struct AppliedStyle {
 /// way that `options` say and joins the results [Torresani06, 7], METHODS 1.6.
 ///
 /// Of the options all but `segmentation` count. Kept as captured: snippets that match no content
-/// (unless strict), and those of which a curve asks nothing. Strength 0, and residual detail where
-/// each blend is the nearest fragment itself, give the input back.
+/// (unless strict), and those of which a curve asks nothing. Strength 0 gives the input back.
 /// @throws Error{kUsage} if `asked` or `options` have problems; Error{kData} if (strict) a snippet
 ///         matches no content, naming it and the contents that the model knows.
 [[nodiscard]] AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,

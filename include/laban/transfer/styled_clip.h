@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "laban/motion/foot_lock.h"
@@ -30,6 +31,9 @@ struct StyledClip {
   /// The fragments that the motion is made of (what was kept as captured among them), each once, as
   /// played on this rig: what the output is compared with.
   std::vector<motion::Clip> sources;
+  /// How much of the output is made of each source: its frames' share, divided equally among what
+  /// is blended there; they sum to 1.
+  std::vector<double> source_shares;
   int foot_stances = 0;          ///< held; 0 without hold_feet
   int foot_steps = 0;            ///< taken at joins
   double farthest_foot_m = 0.0;  ///< that a foot was moved
@@ -42,12 +46,13 @@ struct StyledClip {
                                     const motion::Capture& input,
                                     const StyledClipOptions& options = {});
 
-/// How good a styled clip is beside its sources (DESIGN 7).
+/// How good a styled clip is beside its sources (DESIGN 7). Means over the sources count each by
+/// its share of the output.
 struct StyledQuality {
   motion::MotionQuality output;
   double source_skate_cm = 0.0;             ///< mean over the sources, each over its own floor
   double source_toe_height_m = 0.0;         ///< mean of their 2nd percentiles
-  double source_jerk_m_s3 = 0.0;            ///< mean over the sources
+  double source_jerk_m_s3 = 0.0;            ///< root of their mean square: of them in a row
   double source_spectral_arc_length = 0.0;  ///< mean over the sources
   /// Percentile of the worst join's acceleration inside the sources; nullopt without a join.
   std::optional<double> join_percentile;
@@ -60,6 +65,14 @@ struct StyledQuality {
 [[nodiscard]] std::optional<double> content_ratio(const StyleModel& model,
                                                   const AppliedStyle& applied,
                                                   const motion::PoseMatrix& input);
+
+/// The same of one motion beside another of that content: mean DTW cost, each relative to its own
+/// mean pose, over the median cost inside the content group. nullopt if the model has no such
+/// content, or a single fragment of it.
+[[nodiscard]] std::optional<double> content_ratio(const StyleModel& model,
+                                                  const motion::PoseMatrix& pose,
+                                                  const motion::PoseMatrix& other,
+                                                  const std::string& content);
 
 [[nodiscard]] StyledQuality measure_styled(const StyledClip& styled,
                                            const motion::Humanoid& humanoid);
