@@ -5,6 +5,7 @@
 #include "laban/effort/observer.h"
 #include "laban/motion/motion_quality.h"
 #include "laban/motion/resample.h"
+#include "laban/transfer/styled_clip.h"
 
 #include "effort_curve.h"
 #include "files.h"
@@ -34,6 +35,9 @@ constexpr double kMostJerk = 1.5;
 struct QualityCheck {
   motion::MotionQuality clip;
   motion::MotionQuality against;
+  effort::Effort against_effort;  ///< as what the clip shows
+  /// Cost of aligning the two over the usual one between takes of that content, if it is known.
+  std::optional<double> content_ratio;
   std::vector<std::string> found;  ///< bars that are broken
 };
 
@@ -51,6 +55,8 @@ QualityCheck check_quality(const CapturedClip& clip, const CapturedClip& against
   QualityCheck check{
       motion::measure_quality(own, clip.capture.humanoid, *floor),
       motion::measure_quality(against.capture.clip, against.capture.humanoid, *floor),
+      {},
+      {},
       {}};
   if (check.clip.foot_skate_cm >
       kMostSkate * std::max(check.against.foot_skate_cm, kLeastSkateCm)) {
@@ -63,6 +69,15 @@ QualityCheck check_quality(const CapturedClip& clip, const CapturedClip& against
     check.found.emplace_back("jerk is more than 1.5 times as large");
   }
   return check;
+}
+
+/// Adds what of the comparison takes a model: content kept, and the other clip's Effort.
+void compare_content(const transfer::StyleModel& model, const motion::PoseMatrix& clip,
+                     const motion::PoseMatrix& against, const std::string& content_asked,
+                     QualityCheck& check) {
+  const std::string content = content_of(model, clip, content_asked);
+  check.content_ratio = transfer::content_ratio(model, clip, against, content);
+  check.against_effort = effort::observe(effort::describe(against), model.observer, content).effort;
 }
 
 Json quality_json(const motion::MotionQuality& quality) {
@@ -83,6 +98,10 @@ void print_check(const MeasureVerb& verb, const QualityCheck& check) {
   line("jerk, rms, m/s^3", check.clip.jerk_m_s3, check.against.jerk_m_s3);
   line("spectral arc length of hands and feet", check.clip.spectral_arc_length,
        check.against.spectral_arc_length);
+  if (check.content_ratio) {
+    fmt::print("{:<40} {:>14.3f}\n", "content: cost over the usual one", *check.content_ratio);
+  }
+  fmt::print("{:<40} {}\n", "Effort of what it is compared with", to_text(check.against_effort));
   for (const std::string& found : check.found)
     warn(verb.common, verb.inputs.front() + ": " + found);
 }
@@ -113,6 +132,9 @@ void print(const MeasureVerb& verb, const std::vector<Measured>& all,
       json["quality"] = quality_json(check->clip);
       json["against"] = quality_json(check->against);
       json["against"]["clip"] = verb.against;
+      json["against"]["effort"] = to_json(check->against_effort);
+      json["quality"]["content_cost_ratio"] =
+          check->content_ratio ? Json(*check->content_ratio) : Json();
       json["found"] = check->found;
     }
     fmt::print("{}\n", json.dump(2));
@@ -164,9 +186,11 @@ void run(const MeasureVerb& verb) {
   std::vector<Measured> all;
   std::optional<QualityCheck> check;
   if (!verb.against.empty()) {
-    check =
-        check_quality(read_captured_clip(verb.inputs.front(), verb.reading, verb.common),
-                      read_captured_clip(verb.against, verb.reading, verb.common), verb.against);
+    const CapturedClip clip = read_captured_clip(verb.inputs.front(), verb.reading, verb.common);
+    const CapturedClip against = read_captured_clip(verb.against, verb.reading, verb.common);
+    check = check_quality(clip, against, verb.against);
+    compare_content(model, clip.pose(model.frame_rate_hz()), against.pose(model.frame_rate_hz()),
+                    verb.effort.content, *check);
   }
   for (const std::string& path : verb.inputs) {
     const motion::PoseMatrix pose =

@@ -1,6 +1,7 @@
 #include "styling.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include <fmt/core.h>
@@ -50,6 +51,12 @@ std::vector<std::string> unreachable(const Styling& styling, const StyledFile& f
   return lines;
 }
 
+double skate_over_own_floor_cm(const motion::Capture& capture) {
+  const auto floor = motion::find_foot_contacts(capture.clip, capture.humanoid).floor;
+  return motion::foot_skate_cm(motion::foot_paths(capture.clip, capture.humanoid),
+                               floor.value_or(motion::FootFloor{}).toe_m);
+}
+
 }  // namespace
 
 void add_styling_options(CLI::App* verb, StylingOptions& options) {
@@ -63,7 +70,7 @@ void add_styling_options(CLI::App* verb, StylingOptions& options) {
                 detail == "residual" ? transfer::Detail::kResidual : transfer::Detail::kReplace;
           },
           "what lives on of the performer's own manner: replace (nothing, the paper's way) or "
-          "residual (all that the style does not change)")
+          "residual (posture and slow manner of the upper body)")
       ->check(CLI::IsMember({"replace", "residual"}))
       ->default_str("replace")
       ->group(group);
@@ -90,22 +97,30 @@ Styling read_styling(const StylingOptions& options) {
   return {options, std::move(asked), std::move(model), std::move(inputs)};
 }
 
+double StyledFile::speed() const {
+  return seconds_taken > 0.0 ? styled.clip.duration_s() / seconds_taken : 0.0;
+}
+
 StyledFile style_file(const Styling& styling, const std::string& path, const Common& common) {
   const transfer::StyleModel& model = styling.model;
   const transfer::ApplyOptions& options = styling.options.apply;
   CapturedClip input = read_captured_clip(path, styling.options.reading, common);
+  const auto begin = std::chrono::steady_clock::now();
+  const motion::PoseMatrix pose = input.pose(model.frame_rate_hz());
   transfer::AppliedStyle applied = transfer::restyle(
-      model,
-      transfer::segment_input(model, input.pose(model.frame_rate_hz()), options.segmentation),
-      styling.asked, options);
+      model, transfer::segment_input(model, pose, options.segmentation), styling.asked, options);
   transfer::StyledClip styled = transfer::play_style(model, applied, input.capture,
                                                      {.hold_feet = !styling.options.no_foot_fix});
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   const transfer::StyledQuality quality = transfer::measure_styled(styled, input.capture.humanoid);
+  const std::optional<double> content = transfer::content_ratio(model, applied, pose);
+  const double input_skate_cm = skate_over_own_floor_cm(input.capture);
   std::vector<transfer::BlendChoice> choices;
   for (const transfer::AppliedSnippet& snippet : applied.snippets)
     choices.push_back(snippet.choice);
   auto errors = transfer::standard_errors(model, choices);
-  return {std::move(input), std::move(applied), std::move(styled), quality, std::move(errors)};
+  return {std::move(input), std::move(applied), std::move(styled), quality, std::move(errors),
+          content,          input_skate_cm,     taken.count()};
 }
 
 void write_styled(const StyledFile& file, const std::string& path, const WriteClipOptions& writing,
@@ -158,6 +173,8 @@ Json report_json(const Styling& styling, const StyledFile& file) {
         to_json(file.applied.snippets[n], file.standard_errors[n], styling.model));
   }
   json["quality"] = to_json(file.quality);
+  json["quality"]["foot_skate_input"] = file.input_skate_cm;
+  json["quality"]["content_cost_ratio"] = file.content_ratio ? Json(*file.content_ratio) : Json();
   json["frame_rate_hz"] = styling.model.frame_rate_hz();
   json["regressor"] = effort::name_of(styling.model.regressor.kind());
   std::vector<InputRecord> inputs = styling.inputs;
@@ -170,7 +187,13 @@ std::string report_text(const Styling& styling, const StyledFile& file) {
   std::string text = fmt::format("asked: {}\n", to_text(styling.options.asked, styling.asked));
   for (std::size_t n = 0; n < file.applied.snippets.size(); ++n)
     text += to_text(file.applied.snippets[n], file.standard_errors[n], styling.model);
-  return text + to_text(file.quality) + "\n";
+  text += to_text(file.quality);
+  text += fmt::format(" (input's foot skate {:.3f})\n", file.input_skate_cm);
+  if (file.content_ratio) {
+    text += fmt::format("content: {:.2f} times the usual cost between two takes of one action\n",
+                        *file.content_ratio);
+  }
+  return text + fmt::format("speed: {:.0f} seconds of motion made per second\n", file.speed());
 }
 
 }  // namespace laban::cli

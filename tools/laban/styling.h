@@ -44,6 +44,13 @@ struct StyledFile {
   transfer::StyledQuality quality;
   /// Of each snippet's prediction; nullopt where there is none.
   std::vector<std::optional<effort::Effort>> standard_errors;
+  /// Content kept (transfer::content_ratio), nullopt if all is kept as captured.
+  std::optional<double> content_ratio;
+  double input_skate_cm = 0.0;  ///< of the input, over its own floor
+  double seconds_taken = 0.0;   ///< from the clip in memory to the styled clip
+
+  /// Seconds of motion made per second.
+  [[nodiscard]] double speed() const;
 };
 
 /// Reads a clip and styles it. @throws naming the file.
@@ -62,7 +69,7 @@ void write_styled(const StyledFile& file, const std::string& path, const WriteCl
 /// Options as resolved, for run records.
 [[nodiscard]] Json options_json(const Styling& styling);
 
-/// laban.apply/1 of one clip.
+/// laban.apply/1 of one clip. It knows no clock: the same input, the same bytes.
 [[nodiscard]] Json report_json(const Styling& styling, const StyledFile& file);
 /// The same as text for people, lines with their ends.
 [[nodiscard]] std::string report_text(const Styling& styling, const StyledFile& file);
