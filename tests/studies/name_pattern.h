@@ -3,6 +3,7 @@
 #include <map>
 #include <regex>
 #include <string>
+#include <vector>
 
 namespace laban::studies {
 

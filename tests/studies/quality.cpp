@@ -4,16 +4,19 @@
 // and without held feet. Every second input joins three takes of the performer, so that there are
 // joins of another kind too.
 //
-// Usage: quality_study FOLDER PATTERN [FASTEST_PLAY]
+// Usage: quality_study FOLDER PATTERN [ONLY] [WRITE_FOLDER]
 //   e.g. PATTERN 'dataset-1_{content}_{performer}_{take}'
+//   ONLY is an input's number, 0 .. 9, or "all"; inputs, outputs and sources are written to
+//   WRITE_FOLDER as BVH, to be looked at.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <limits>
-#include <map>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,9 +24,9 @@
 
 #include "laban/align/dtw.h"
 #include "laban/base/error.h"
-#include "laban/effort/observer.h"
 #include "laban/io/clip_file.h"
 #include "laban/math/statistics.h"
+#include "laban/motion/forward_kinematics.h"
 #include "laban/motion/humanoid.h"
 #include "laban/motion/join.h"
 #include "laban/motion/resample.h"
@@ -33,72 +36,15 @@
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/styled_clip.h"
 
-#include "name_pattern.h"
+#include "observed_corpus.h"
+#include "takes.h"
 
 namespace {
 
 using namespace laban;
-using studies::match;
+using studies::Take;
 
 constexpr int kInputs = 10;
-constexpr int kBlends = 105;
-
-struct Take {
-  std::string name;
-  std::string content;
-  std::string performer;
-  motion::Capture capture;
-};
-
-std::vector<Take> read_takes(const std::filesystem::path& folder, const std::string& pattern) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.is_regular_file()) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  std::vector<Take> takes;
-  for (const auto& file : files) {
-    auto fields = match(pattern, file.stem().string());
-    if (fields.empty()) continue;
-    takes.push_back({file.stem().string(), fields["content"], fields["performer"],
-                     motion::find_capture(io::read_clip(file).clip)});
-  }
-  return takes;
-}
-
-/// A model of all takes but one performer's, labelled by the observer.
-transfer::StyleModel model_without(const std::vector<Take>& takes, const std::string& performer,
-                                   double rate_hz) {
-  transfer::StyleCorpus corpus;
-  for (const Take& take : takes) {
-    if (take.performer == performer) continue;
-    corpus.fragments.push_back(
-        {take.name, take.content, take.performer,
-         motion::resample(motion::to_pose_matrix(take.capture.clip, take.capture.humanoid),
-                          rate_hz),
-         std::nullopt});
-  }
-  corpus.blends = transfer::draw_blends(corpus.fragments, {.count = kBlends, .seed = 1});
-  std::vector<effort::Descriptors> descriptors;
-  std::vector<std::string> contents;
-  for (const transfer::Fragment& fragment : corpus.fragments) {
-    descriptors.push_back(effort::describe(fragment.pose));
-    contents.push_back(fragment.content);
-  }
-  const auto reference = effort::fit_observer_reference(descriptors, contents);
-  for (std::size_t n = 0; n < corpus.fragments.size(); ++n) {
-    corpus.fragments[n].effort = effort::observe(descriptors[n], reference, contents[n]).effort;
-  }
-  for (transfer::CorpusBlend& blend : corpus.blends) {
-    const auto made = transfer::make_blend(corpus.fragments, blend);
-    blend.effort = effort::observe(effort::describe(made.pose), reference,
-                                   contents[static_cast<std::size_t>(blend.fragment_i)])
-                       .effort;
-  }
-  transfer::TrainOptions options;
-  options.threads = 2;
-  return transfer::train_style_model(corpus, options);
-}
 
 struct Input {
   std::string name;
@@ -122,11 +68,7 @@ motion::Capture joined(const std::vector<const Take*>& takes) {
 }
 
 std::vector<Input> choose_inputs(const std::vector<Take>& takes) {
-  std::vector<std::string> performers;
-  for (const Take& take : takes) {
-    if (std::find(performers.begin(), performers.end(), take.performer) == performers.end())
-      performers.push_back(take.performer);
-  }
+  const std::vector<std::string> performers = studies::performers_of(takes);
   std::vector<Input> inputs;
   for (std::size_t n = 0; n < kInputs; ++n) {
     const std::string& performer = performers[n % performers.size()];
@@ -151,6 +93,50 @@ std::vector<transfer::EffortTarget> targets() {
   };
   return {target(-2.0, std::nullopt, std::nullopt), target(std::nullopt, 2.0, std::nullopt),
           target(std::nullopt, std::nullopt, 2.0), target(1.5, -1.5, -1.5)};
+}
+
+/// Where a clip jerks most: the joint and the 0.2 s whose third differences, relative to the hips,
+/// are largest, and their share of all.
+struct JerkPeak {
+  std::string joint;
+  int frame = 0;
+  double share = 0.0;
+};
+
+JerkPeak jerk_peak(const motion::Clip& clip, const motion::Humanoid& humanoid) {
+  const int frames = clip.frame_count();
+  const Eigen::Matrix3Xd all = motion::joint_positions(clip);
+  const int hips = humanoid.mapped(motion::StandardJoint::kHips)->joint;
+  const auto at = [&](int f, int joint) {
+    const Eigen::Index first = static_cast<Eigen::Index>(f) * clip.joint_count();
+    return Eigen::Vector3d(all.col(first + joint) - all.col(first + hips));
+  };
+  JerkPeak peak;
+  double sum = 0.0, most = 0.0;
+  const int reach = static_cast<int>(std::lround(0.1 * clip.frame_rate_hz()));
+  for (int s = 0; s < motion::kStandardJointCount; ++s) {
+    const auto& mapped = humanoid.mapped(static_cast<motion::StandardJoint>(s));
+    if (!mapped) continue;
+    std::vector<double> squares;
+    for (int f = 0; f + 3 < frames; ++f) {
+      const int joint = mapped->joint;
+      squares.push_back(
+          (at(f + 3, joint) - 3.0 * at(f + 2, joint) + 3.0 * at(f + 1, joint) - at(f, joint))
+              .squaredNorm());
+      sum += squares.back();
+    }
+    for (int f = 0; f < static_cast<int>(squares.size()); ++f) {
+      const int begin = std::max(f - reach, 0);
+      const int end = std::min(f + reach + 1, static_cast<int>(squares.size()));
+      const double around = std::accumulate(squares.begin() + begin, squares.begin() + end, 0.0);
+      if (around <= most) continue;
+      most = around;
+      peak.joint = clip.skeleton().joint(mapped->joint).name;
+      peak.frame = f + 1;
+    }
+  }
+  peak.share = sum > 0.0 ? most / sum : 0.0;
+  return peak;
 }
 
 /// One apply, measured beside its sources.
@@ -246,18 +232,16 @@ struct Ceiling {
   int named = 0;
 };
 
-Ceiling ceiling(const transfer::StyleModel& model, const std::vector<Take>& takes,
+Ceiling ceiling(const transfer::StyleModel& model, const std::vector<transfer::Fragment>& fragments,
                 const std::string& performer) {
   const align::FragmentSet& database = model.database;
   const auto& names = model.contents.names;
   std::vector<motion::PoseMatrix> poses;
   std::vector<int> groups;
-  for (const Take& take : takes) {
-    const auto known = std::find(names.begin(), names.end(), take.content);
-    if (take.performer != performer || known == names.end()) continue;
-    poses.push_back(
-        motion::resample(motion::to_pose_matrix(take.capture.clip, take.capture.humanoid),
-                         database.frame_rate_hz()));
+  for (const transfer::Fragment& fragment : fragments) {
+    const auto known = std::find(names.begin(), names.end(), fragment.content);
+    if (fragment.performer != performer || known == names.end()) continue;
+    poses.push_back(fragment.pose);
     groups.push_back(static_cast<int>(known - names.begin()));
   }
   Ceiling found{static_cast<int>(poses.size()), 0};
@@ -363,55 +347,96 @@ Captures print_captures(const std::vector<Take>& takes) {
   return captures;
 }
 
-void run(const std::filesystem::path& folder, const std::string& pattern,
-         const transfer::ApplyOptions& options) {
-  const std::vector<Take> takes = read_takes(folder, pattern);
-  if (takes.empty()) throw base::Error(base::ErrorKind::kUsage, "no file fits the pattern");
+struct Study {
+  std::filesystem::path folder;
+  std::string pattern;
+  std::optional<std::size_t> only;             ///< one input alone
+  std::optional<std::filesystem::path> write;  ///< where clips are put to be looked at
+};
+
+/// One apply as it is printed: input, feet held or not, and what was done.
+struct Apply {
+  const Input& input;
+  const transfer::AppliedStyle& applied;
+  transfer::StyledClip styled;
+  bool feet_held = false;
+};
+
+void print_apply(const Apply& apply, const Row& row) {
+  const auto& q = row.quality;
+  std::printf("%-60s %-3s joins %d skate %.3f/%.3f toes %+.2f cm jerk %.2f join %.1f",
+              apply.input.name.c_str(), apply.feet_held ? "on" : "off", row.joins,
+              q.output.foot_skate_cm, q.source_skate_cm, 100.0 * q.output.toe_height_m,
+              q.output.jerk_m_s3 / q.source_jerk_m_s3, q.join_percentile.value_or(-1.0));
+  std::printf("  alphas");
+  for (const auto& snippet : apply.applied.snippets) std::printf(" %+.2f", snippet.choice.alpha);
+  const JerkPeak peak = jerk_peak(apply.styled.clip, apply.input.capture.humanoid);
+  std::printf("  peak %s at %d of %d, %.0f %%", peak.joint.c_str(), peak.frame,
+              apply.styled.clip.frame_count(), 100.0 * peak.share);
+  if (apply.feet_held) {
+    std::printf("  stances %d steps %d farthest %.1f cm", apply.styled.foot_stances,
+                apply.styled.foot_steps, 100.0 * apply.styled.farthest_foot_m);
+  }
+  std::printf("%s\n", row.misnamed.c_str());
+}
+
+void write_clips(const std::filesystem::path& folder, const std::string& name, const Apply& apply) {
+  const io::WriteOptions overwrite{.force = true};
+  const std::string stem = name + (apply.feet_held ? "_held" : "_free");
+  io::write_clip(folder / (stem + ".bvh"), apply.styled.clip, overwrite);
+  if (apply.feet_held) return;
+  io::write_clip(folder / (name + "_input.bvh"), apply.input.capture.clip, overwrite);
+  for (std::size_t n = 0; n < apply.styled.sources.size(); ++n) {
+    io::write_clip(folder / (name + "_source_" + std::to_string(n) + ".bvh"),
+                   apply.styled.sources[n], overwrite);
+  }
+}
+
+Row measure(const transfer::StyleModel& model, const ActionNamer& namer, const Apply& apply,
+            const motion::PoseMatrix& pose, const Captures& captures) {
+  const transfer::StyledClip& styled = apply.styled;
+  Row row;
+  row.quality = transfer::measure_styled(styled, apply.input.capture.humanoid);
+  row.joins = static_cast<int>(styled.joins.size());
+  row.content_ratio = transfer::content_ratio(model, apply.applied, pose);
+  count_named(model, namer, apply.applied, row);
+  if (styled.floor && styled.source_floor) {
+    row.above_source_floor_m =
+        row.quality.output.toe_height_m + styled.floor->toe_m - styled.source_floor->toe_m;
+  }
+  row.quality.join_percentile =
+      motion::join_acceleration_percentile(row.quality.output, styled.joins, captures.qualities);
+  return row;
+}
+
+void run(const Study& study) {
+  const std::vector<Take> takes = studies::read_takes(study.folder, study.pattern);
+  const std::vector<transfer::Fragment> fragments = studies::fragments_of(takes);
   const Captures captures = print_captures(takes);
-  const double rate_hz = takes.front().capture.clip.frame_rate_hz() > 60.0
-                             ? 60.0
-                             : takes.front().capture.clip.frame_rate_hz();
-  std::vector<Row> off, on;
+  const std::vector<Input> inputs = choose_inputs(takes);
   std::map<std::string, Ceiling> ceilings;
-  for (const Input& input : choose_inputs(takes)) {
-    const transfer::StyleModel model = model_without(takes, input.performer, rate_hz);
+  std::vector<Row> off, on;
+  for (std::size_t n = 0; n < inputs.size(); ++n) {
+    if (study.only && *study.only != n) continue;
+    const Input& input = inputs[n];
+    const transfer::StyleModel model = studies::model_without(fragments, input.performer);
     const ActionNamer namer(model);
-    if (ceilings.count(input.performer) == 0)
-      ceilings[input.performer] = ceiling(model, takes, input.performer);
+    if (!ceilings.contains(input.performer))
+      ceilings[input.performer] = ceiling(model, fragments, input.performer);
     const motion::PoseMatrix pose = motion::resample(
-        motion::to_pose_matrix(input.capture.clip, input.capture.humanoid), rate_hz);
-    for (const transfer::EffortTarget& target : targets()) {
-      const transfer::AppliedStyle applied = transfer::apply_style(model, pose, target, options);
+        motion::to_pose_matrix(input.capture.clip, input.capture.humanoid), model.frame_rate_hz());
+    for (std::size_t t = 0; t < targets().size(); ++t) {
+      const transfer::AppliedStyle applied = transfer::apply_style(model, pose, targets()[t]);
       for (const bool hold_feet : {false, true}) {
-        const transfer::StyledClip styled =
-            transfer::play_style(model, applied, input.capture, {.hold_feet = hold_feet});
-        Row row{transfer::measure_styled(styled, input.capture.humanoid),
-                static_cast<int>(styled.joins.size()),
-                0.0,
-                transfer::content_ratio(model, applied, pose),
-                0,
-                0,
-                {}};
-        count_named(model, namer, applied, row);
-        if (styled.floor && styled.source_floor) {
-          row.above_source_floor_m =
-              row.quality.output.toe_height_m + styled.floor->toe_m - styled.source_floor->toe_m;
-        }
-        row.quality.join_percentile = motion::join_acceleration_percentile(
-            row.quality.output, styled.joins, captures.qualities);
-        const auto& q = row.quality;
-        std::printf("%-60s %-3s joins %d skate %.3f/%.3f toes %+.2f cm jerk %.2f join %.1f",
-                    input.name.c_str(), hold_feet ? "on" : "off", row.joins, q.output.foot_skate_cm,
-                    q.source_skate_cm, 100.0 * q.output.toe_height_m,
-                    q.output.jerk_m_s3 / q.source_jerk_m_s3, q.join_percentile.value_or(-1.0));
-        std::printf("  alphas");
-        for (const auto& snippet : applied.snippets) std::printf(" %+.2f", snippet.choice.alpha);
-        if (hold_feet) {
-          std::printf("  stances %d steps %d farthest %.1f cm", styled.foot_stances,
-                      styled.foot_steps, 100.0 * styled.farthest_foot_m);
-        }
-        std::printf("%s\n", row.misnamed.c_str());
-        (hold_feet ? on : off).push_back(std::move(row));
+        const Apply apply{
+            input, applied,
+            transfer::play_style(model, applied, input.capture, {.hold_feet = hold_feet}),
+            hold_feet};
+        const Row row = measure(model, namer, apply, pose, captures);
+        print_apply(apply, row);
+        if (study.write)
+          write_clips(*study.write, std::to_string(n) + "_" + std::to_string(t), apply);
+        (hold_feet ? on : off).push_back(row);
       }
     }
   }
@@ -423,14 +448,16 @@ void run(const std::filesystem::path& folder, const std::string& pattern,
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3 && argc != 4) {
-    std::fprintf(stderr, "usage: quality_study FOLDER PATTERN [FASTEST_PLAY]\n");
+  if (argc < 3 || argc > 5) {
+    std::fprintf(stderr, "usage: quality_study FOLDER PATTERN [ONLY [WRITE_FOLDER]]\n");
     return 2;
   }
   try {
-    transfer::ApplyOptions options;
-    if (argc == 4) options.fastest_play = std::atof(argv[3]);
-    run(argv[1], argv[2], options);
+    Study study{argv[1], argv[2], std::nullopt, std::nullopt};
+    if (argc > 3 && std::string(argv[3]) != "all")
+      study.only = static_cast<std::size_t>(std::atoi(argv[3]));
+    if (argc > 4) study.write = argv[4];
+    run(study);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "quality_study: %s\n", error.what());
     return 1;
