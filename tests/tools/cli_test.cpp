@@ -606,6 +606,10 @@ TEST_F(Cli, CurveMeasureInspectAndDrawWriteWhatTheySay) {
   const json measured = json::parse(
       run("measure --json --content walk --over-time walk.csv --picture walk.png " + kWalk).out);
   EXPECT_EQ(measured["clips"][0]["content"], "walk");
+  // The picture says what it is measured against, and what is done when.
+  EXPECT_EQ(run("measure --content walk --window 0.5 --picture walk.svg " + kWalk).code, 0);
+  EXPECT_THAT(bytes_of(folder_ / "walk.svg"), HasSubstr("in the default model; window 0.5 s"));
+  EXPECT_THAT(bytes_of(folder_ / "walk.svg"), HasSubstr(">walk<"));
   EXPECT_EQ(run("draw " + kWalk + " " + kOtherWalk + " -o walks.png").code, 0);
   EXPECT_THAT(bytes_of(folder_ / "walks.png"), StartsWith("\x89PNG"));
   EXPECT_EQ(run("draw " + kWalk + " " + kOtherWalk + " --animate walks.html").code, 0);
@@ -622,6 +626,11 @@ TEST_F(Cli, CurveMeasureInspectAndDrawWriteWhatTheySay) {
   const Outcome same = run("measure --json --against " + kWalk + " " + kWalk);
   EXPECT_EQ(same.code, 0);
   EXPECT_TRUE(json::parse(same.out)["found"].empty());
+  EXPECT_NEAR(json::parse(same.out)["quality"]["content_cost_ratio"].get<double>(), 0.0, 1e-9);
+  const json other =
+      json::parse(run("measure --json --content walk --against " + kWalk + " " + kOtherWalk).out);
+  EXPECT_GT(other["quality"]["content_cost_ratio"], 0.1);
+  EXPECT_LT(other["quality"]["content_cost_ratio"], 3.0);
   expect_error("measure --against " + kWalk + " " + kWalk + " " + kWalk, 2, "--against");
 }
 

@@ -1,5 +1,10 @@
+#include <algorithm>
+#include <filesystem>
+#include <span>
+
 #include <fmt/core.h>
 
+#include "laban/align/segment_input.h"
 #include "laban/base/error.h"
 #include "laban/draw/line_chart.h"
 #include "laban/effort/observer.h"
@@ -149,10 +154,35 @@ void print(const MeasureVerb& verb, const std::vector<Measured>& all,
   if (check) print_check(verb, *check);
 }
 
-void write_over_time(const MeasureVerb& verb, const io::MotionTable& curves) {
-  if (!verb.over_time.empty()) write_table(verb.over_time, curves, verb.common);
-  if (verb.picture.empty()) return;
+/// Snippets of the clip as segmentation sees them, each under the name of what is done in it.
+std::vector<draw::ShadedSpan> segments_of(const transfer::StyleModel& model,
+                                          const motion::PoseMatrix& pose) {
+  std::vector<draw::ShadedSpan> spans;
+  const auto cut = align::segment_input(pose, model.database);
+  if (!cut) return spans;
+  for (const align::Snippet& snippet : cut->snippets) {
+    const int group = model.contents.numbers[static_cast<std::size_t>(snippet.fragment)];
+    spans.push_back({snippet.begin / pose.frame_rate_hz, snippet.end / pose.frame_rate_hz,
+                     model.contents.names[static_cast<std::size_t>(group)]});
+  }
+  return spans;
+}
+
+/// What the curves are measured against, in words.
+std::string reference_name(const MeasureVerb& verb, const std::string& content) {
+  const std::string corpus = verb.effort.model.empty()
+                                 ? "the default model"
+                                 : std::filesystem::path(verb.effort.model).filename().string();
+  return fmt::format("0 is the middle of {} in {}; window {:g} s",
+                     content.empty() ? "all contents" : "'" + content + "'", corpus,
+                     verb.effort.window_s);
+}
+
+draw::LineChart effort_chart(const MeasureVerb& verb, const transfer::StyleModel& model,
+                             const motion::PoseMatrix& pose, const io::MotionTable& curves,
+                             const std::string& content) {
   draw::ChartPanel panel;
+  panel.title = reference_name(verb, content);
   panel.x.label = "seconds";
   panel.y = {"Effort", effort::kEffortMin, effort::kEffortMax};
   for (const effort::Factor factor : effort::kFactors) {
@@ -164,12 +194,25 @@ void write_over_time(const MeasureVerb& verb, const io::MotionTable& curves) {
     }
     panel.curves.push_back(std::move(curve));
   }
+  panel.spans = segments_of(model, pose);
+  for (std::size_t n = 1; n < panel.spans.size(); ++n)
+    panel.marks_x.push_back(panel.spans[n].begin);
   draw::LineChart chart;
   chart.title = "Effort over time, as measured: " + verb.inputs.front();
   chart.panels.push_back(std::move(panel));
+  return chart;
+}
+
+void write_over_time(const MeasureVerb& verb, const transfer::StyleModel& model,
+                     const motion::PoseMatrix& pose, const std::string& content) {
+  const io::MotionTable curves = effort_table(model, pose, content, verb.effort.window_s);
+  if (!verb.over_time.empty()) write_table(verb.over_time, curves, verb.common);
+  if (verb.picture.empty()) return;
   draw::ChartOptions options;
   options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
-  write_bytes(verb.picture, draw::line_chart(chart, options), verb.common);
+  write_bytes(verb.picture,
+              draw::line_chart(effort_chart(verb, model, pose, curves, content), options),
+              verb.common);
 }
 
 void run(const MeasureVerb& verb) {
@@ -201,9 +244,7 @@ void run(const MeasureVerb& verb) {
       warn(verb.common,
            path + ": it matches no content of the model; measured against all contents pooled");
     }
-    if (over_time) {
-      write_over_time(verb, effort_table(model, pose, one.content, verb.effort.window_s));
-    }
+    if (over_time) write_over_time(verb, model, pose, one.content);
     all.push_back(std::move(one));
   }
   if (verb.over_time != "-") print(verb, all, check);
@@ -219,8 +260,10 @@ void add_measure(CLI::App& app) {
                            "laban measure walk.bvh --content walk");
   sub->add_option("INPUT", verb->inputs, "clips")->required();
   add_effort_curve_options(sub, verb->effort);
-  sub->add_option("--over-time", verb->over_time, "curve over time to write (.csv or .npy)");
-  sub->add_option("--picture", verb->picture, "curve over time to draw (.png or .svg)");
+  sub->add_option("--over-time", verb->over_time,
+                  "Effort in a window about each frame to write (.csv or .npy)");
+  sub->add_option("--picture", verb->picture,
+                  "the same to draw, with the snippets of the clip (.png or .svg)");
   sub->add_option("--against", verb->against,
                   "clip to compare feet and smoothness with; exit code 7 if they are worse");
   add_read_options(sub, verb->reading);
