@@ -17,7 +17,7 @@ namespace laban::effort {
 /// (DESIGN 6): one number a factor, larger towards the condensing pole (Bound, Strong, Sudden).
 /// Always finite.
 struct Descriptors {
-  double flow = 0.0;    ///< hesitation: -log of the share of time in motion
+  double flow = 0.0;    ///< hesitation: rest and unevenness, logs of shares of time
   double weight = 0.0;  ///< log of kinetic energy over quickness per body mass, log(m^2/s)
   double time = 0.0;    ///< log of quickness: speed over reach, log(1/s)
 
@@ -30,8 +30,8 @@ struct Descriptors {
 /// in which a capture jumps hardly do.
 ///
 /// Played s times as fast, a movement gains log s of Time and of Weight, up to what the frame rate
-/// takes. A hold of 0.2 s or more raises Flow: as a share h of the time it gains at least
-/// -log(1 - h), up to a floor. (tests/effort/observer_test.cpp holds both.)
+/// takes. A hold of half a second or more raises Flow (0.2 s nearly always), by about -log(1 - h)
+/// to -3 log(1 - h) as a share h of the time. (tests/effort/observer_laws_test.cpp holds both.)
 ///
 /// A clip that does not move, or has a single frame, gets the least Weight there is (log 1e-4), a
 /// Time of 0 (speed and reach at their floors) and the Flow of complete stillness (log 1000).
