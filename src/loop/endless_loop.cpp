@@ -45,9 +45,14 @@ std::vector<FoundSeam> found_of(const std::vector<SewnSeam>& seams) {
   return found;
 }
 
+struct Ease {
+  int frames = kShortestEase;
+  bool suffices = true;  ///< false: the motion is too fast to turn within kLongestEaseS
+};
+
 /// Frames over which to slow down before a turn: playback at falling speed adds v / (2 e) frames^-1
 /// to the acceleration, which shall be no more than is lively in the capture.
-int ease_at(int frame, const UsualMotion& usual, double frame_rate_hz) {
+Ease ease_at(int frame, const UsualMotion& usual, double frame_rate_hz) {
   const int longest =
       std::max(kShortestEase, static_cast<int>(std::lround(kLongestEaseS * frame_rate_hz)));
   const int last = static_cast<int>(usual.speeds_m_s.size()) - 1;
@@ -57,7 +62,8 @@ int ease_at(int frame, const UsualMotion& usual, double frame_rate_hz) {
   }
   const double wanted =
       speed * frame_rate_hz / (2.0 * std::max(1e-6, usual.lively_acceleration_m_s2));
-  return std::clamp(static_cast<int>(std::ceil(wanted)), kShortestEase, longest);
+  const int shortest = static_cast<int>(std::ceil(std::min(wanted, 1e6)));
+  return {std::clamp(shortest, kShortestEase, longest), shortest <= longest};
 }
 
 /// Whether the hips move over the ground at walking speed in the last half second.
@@ -78,12 +84,20 @@ PlaybackPlan plan_of(int frame_count, const Turning& turning, const std::vector<
   plan.probability_step = options.probability_step;
   if (options.turns) {
     for (const TurningPoint& point : turning.points) {
-      plan.turns.push_back(
-          {point.frame, point.most_probability(), ease_at(point.frame, usual, frame_rate_hz)});
+      const Ease ease = ease_at(point.frame, usual, frame_rate_hz);
+      if (ease.suffices) {
+        plan.turns.push_back({point.frame, point.most_probability(), ease.frames});
+      }
     }
   }
-  plan.first = {0, 1.0, ease_at(0, usual, frame_rate_hz)};
-  plan.last = {frame_count - 1, 1.0, ease_at(frame_count - 1, usual, frame_rate_hz)};
+  const Ease first = ease_at(0, usual, frame_rate_hz);
+  plan.first = {0, 1.0, first.frames};
+  // Rather the first place where it can turn than a beginning that is too fast for it.
+  if (!first.suffices && !plan.turns.empty()) {
+    plan.first = plan.turns.front();
+    plan.turns.erase(plan.turns.begin());
+  }
+  plan.last = {frame_count - 1, 1.0, ease_at(frame_count - 1, usual, frame_rate_hz).frames};
   for (const SewnSeam& seam : seams) {
     plan.leaps.push_back({seam.found.out_begin, seam.found.in_begin + seam.found.frames});
   }

@@ -162,6 +162,36 @@ double excess(const SewnSeam& seam) {
   return std::max({1.0, seam.found.speed_ratio, seam.found.acceleration_ratio});
 }
 
+/// Seams of one length, best first: the good ones, at most `count`, or the best of the others.
+std::vector<SewnSeam> sew_apart(const SeamTask& task, const JoinWindowOptions& window, int m, int n,
+                                int count) {
+  // Those that leave little out, then those that fit best.
+  std::vector<Place> sorted = places(task, m, n);
+  const int least_apart = std::max(1, n / 5);
+  std::vector<Place> candidates = apart(sorted, least_apart, std::max(kTried, count));
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Place& a, const Place& b) { return a.distance_m < b.distance_m; });
+  const std::vector<Place> nearest = apart(sorted, least_apart, kTried);
+  candidates.insert(candidates.end(), nearest.begin(), nearest.end());
+  std::vector<SewnSeam> seams;
+  for (const Place& place : candidates) seams.push_back(sew(task, window, place, m, n));
+  std::stable_sort(seams.begin(), seams.end(),
+                   [](const SewnSeam& a, const SewnSeam& b) { return excess(a) < excess(b); });
+  const auto good = std::count_if(seams.begin(), seams.end(),
+                                  [](const SewnSeam& seam) { return excess(seam) <= 1.0; });
+  std::vector<SewnSeam> kept;
+  for (SewnSeam& seam : seams) {
+    if (std::ssize(kept) == std::clamp<std::ptrdiff_t>(good, 1, count)) break;
+    // One place may be in both lists.
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const SewnSeam& other) {
+      return std::abs(other.found.out_begin - seam.found.out_begin) < least_apart &&
+             std::abs(other.found.in_begin - seam.found.in_begin) < least_apart;
+    });
+    if (!known && (kept.empty() || excess(seam) <= 1.0)) kept.push_back(std::move(seam));
+  }
+  return kept;
+}
+
 }  // namespace
 
 MotionRates motion_rates(const BodyRows& rows, std::span<const BodyFrame> frames,
@@ -197,7 +227,8 @@ UsualMotion usual_motion(const BodyRows& rows, std::span<const BodyFrame> frames
 }
 
 int first_flowing_frame(const motion::Clip& clip, const motion::Humanoid& humanoid) {
-  constexpr double kLeap = 4.0;
+  constexpr double kLeap = 1.5;
+  constexpr int kMostLeading = 3;
   const Eigen::Matrix3Xd all = motion::joint_positions(clip);
   const Eigen::Index joints = clip.joint_count();
   const auto step = [&](Eigen::Index f) {
@@ -208,10 +239,13 @@ int first_flowing_frame(const motion::Clip& clip, const motion::Humanoid& humano
     }
     return std::sqrt(sum);
   };
-  double largest = 0.0;
-  for (int f = 1; f + 1 < clip.frame_count(); ++f) largest = std::max(largest, step(f));
   // What is left must still be long enough to be sewn.
-  return clip.frame_count() > 9 && largest > 0.0 && step(0) > kLeap * largest ? 1 : 0;
+  if (clip.frame_count() < 8 + 2 * kMostLeading) return 0;
+  double largest = 0.0;
+  for (int f = kMostLeading; f + 1 < clip.frame_count(); ++f) largest = std::max(largest, step(f));
+  int first = kMostLeading;
+  while (first > 0 && step(first - 1) <= kLeap * largest) --first;
+  return first;
 }
 
 motion::Capture flowing(const motion::Capture& capture, int first_frame) {
@@ -268,17 +302,14 @@ std::vector<SewnSeam> find_seams(const SeamTask& task, const SeamOptions& option
   LABAN_CHECK(m >= n && n >= 4);
   const JoinWindowOptions window{options.metric, std::min(options.blend_frames, n - 2),
                                  options.poisson, options.joint_weight, options.screening};
-  const std::vector<Place> candidates =
-      apart(places(task, m, n), std::max(1, n / 5), std::max(kTried, count));
-  std::vector<SewnSeam> seams;
-  for (const Place& place : candidates) seams.push_back(sew(task, window, place, m, n));
-  std::stable_sort(seams.begin(), seams.end(),
-                   [](const SewnSeam& a, const SewnSeam& b) { return excess(a) < excess(b); });
-  const auto good = std::count_if(seams.begin(), seams.end(),
-                                  [](const SewnSeam& seam) { return excess(seam) <= 1.0; });
-  const auto kept = std::clamp<std::ptrdiff_t>(good, 1, count);
-  seams.erase(seams.begin() + kept, seams.end());
-  return seams;
+  std::vector<SewnSeam> seams = sew_apart(task, window, m, n, count);
+  if (excess(seams.front()) <= 1.0 || n == m) return seams;
+  // Too quick: over a longer overlap the same difference is smaller.
+  const int longer = std::min(m, 2 * n);
+  JoinWindowOptions slower = window;
+  slower.blend_frames = std::min(longer - 2, window.blend_frames * longer / n);
+  std::vector<SewnSeam> others = sew_apart(task, slower, m, longer, count);
+  return excess(others.front()) < excess(seams.front()) ? others : seams;
 }
 
 }  // namespace laban::loop

@@ -28,8 +28,8 @@ struct MotionRates {
 [[nodiscard]] UsualMotion usual_motion(const BodyRows& rows, std::span<const BodyFrame> frames,
                                        double frame_rate_hz);
 
-/// 1 if the first frame is a pose of its own that leaps into the second (what is left of a T-pose
-/// that a rig's files begin with), else 0: the leap is more than four times any other step.
+/// /// How many frames at the beginning, 0 to 3, are no motion but leap into it (what is left of a
+/// T-pose that a rig's files begin with): steps over 1.5 times any later one.
 [[nodiscard]] int first_flowing_frame(const motion::Clip& clip, const motion::Humanoid& humanoid);
 /// The capture from that frame on.
 [[nodiscard]] motion::Capture flowing(const motion::Capture& capture, int first_frame);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <numeric>
 
 #include "laban/base/error.h"
 
@@ -10,6 +12,7 @@ namespace {
 
 constexpr double kMostFactor = 2.0;
 // Of the clip, beyond the last leap, never shown: playback then goes to the end once.
+constexpr double kMostShare = 1.5;
 constexpr double kMuchUnshown = 0.1;
 
 void check_plan(const PlaybackPlan& plan) {
@@ -41,7 +44,6 @@ TurningPlayback::TurningPlayback(PlaybackPlan plan, base::Rng rng)
     : plan_(std::move(plan)), rng_(rng) {
   check_plan(plan_);
   const int longest = std::max(1, (plan_.frame_count - 1) / 2);
-  plan_.first.frame = 0;
   plan_.last.frame = plan_.frame_count - 1;
   plan_.first.ease = std::clamp(plan_.first.ease, 1, longest);
   plan_.last.ease = std::clamp(plan_.last.ease, 1, longest);
@@ -68,25 +70,35 @@ bool TurningPlayback::leaves_much_unshown(int frame) const {
   return static_cast<double>(unshown) > kMuchUnshown * plan_.frame_count;
 }
 
+double TurningPlayback::mean_shown() const {
+  return std::accumulate(shown_.begin(), shown_.end(), 0.0) / plan_.frame_count;
+}
+
 bool TurningPlayback::takes(Chance& chance, const Way& taken, const Way& passed) {
   const double favour = (1.0 + shown_along(passed)) / (1.0 + shown_along(taken));
-  const double probability = chance.k * chance.most * favour * favour;
+  // Frames that have had more than their share wait.
+  const bool too_often = shown_along(taken) > kMostShare * mean_shown() + 1.0;
+  const double probability = too_often ? 0.0 : chance.k * chance.most * favour * favour * favour;
   const bool takes_it = rng_.uniform() < probability;
   const double step = takes_it ? -plan_.probability_step : plan_.probability_step;
   chance.k = std::clamp(chance.k + step, 0.0, kMostFactor);
   return takes_it;
 }
 
-void TurningPlayback::show(int from, int to) {
+void TurningPlayback::show(const PlaybackLeg& leg) {
+  const int from = leg.from;
+  const int to = leg.to;
   const int step = from <= to ? 1 : -1;
   for (int f = from; f != to + step; f += step) {
-    shown_[static_cast<std::size_t>(f)] += 1.0;
+    // At half speed a frame is shown twice.
+    const bool eased = std::abs(f - from) < leg.ease_from || std::abs(f - to) < leg.ease_to;
+    shown_[static_cast<std::size_t>(f)] += eased ? 2.0 : 1.0;
   }
 }
 
 PlaybackLeg TurningPlayback::end_leg(const PlaybackTurn& turn) {
   const PlaybackLeg leg{at_, turn.frame, ease_, turn.ease, std::nullopt};
-  show(at_, turn.frame);
+  show(leg);
   at_ = turn.frame;
   ease_ = turn.ease;
   direction_ = -direction_;
@@ -96,7 +108,7 @@ PlaybackLeg TurningPlayback::end_leg(const PlaybackTurn& turn) {
 PlaybackLeg TurningPlayback::end_leg_by_leap(int leap) {
   const PlaybackLeap& taken = plan_.leaps[static_cast<std::size_t>(leap)];
   const PlaybackLeg leg{at_, taken.out_begin, ease_, 0, leap};
-  show(at_, taken.out_begin);
+  show(leg);
   at_ = taken.in_end;
   ease_ = 0;
   return leg;
@@ -127,7 +139,8 @@ PlaybackLeg TurningPlayback::forwards() {
       continue;
     }
     const PlaybackTurn& point = plan_.turns[turn++];
-    const bool fits = point.frame >= at_ + ease_ + point.ease && point.frame > point.ease;
+    const bool fits =
+        point.frame >= at_ + ease_ + point.ease && point.frame - point.ease > plan_.first.frame;
     if (fits && takes(turn_chances_[turn - 1], {point.frame - 1, -1}, {point.frame + 1, 1})) {
       return end_leg(point);
     }
@@ -147,7 +160,7 @@ PlaybackLeg TurningPlayback::backwards() {
     }
   }
   PlaybackTurn first = plan_.first;
-  first.ease = std::clamp(at_ - ease_, 1, plan_.first.ease);
+  first.ease = std::clamp(at_ - first.frame - ease_, 1, plan_.first.ease);
   return end_leg(first);
 }
 

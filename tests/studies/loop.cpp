@@ -67,6 +67,7 @@ struct Study {
   motion::FoundContacts contacts;
   Frames frames;
   UsualMotion usual;
+  MotionRates captured;
   std::vector<Eigen::Matrix3Xd> poses;
 
   explicit Study(motion::Capture given)
@@ -74,7 +75,8 @@ struct Study {
         rows(capture.clip.skeleton(), capture.humanoid),
         contacts(motion::find_foot_contacts(capture.clip, capture.humanoid)),
         frames(to_body_frames(capture.clip, rows, contacts.contacts)),
-        usual(usual_motion(rows, frames, rate())) {
+        usual(usual_motion(rows, frames, rate())),
+        captured(motion_rates(rows, frames, rate())) {
     for (const BodyFrame& frame : frames) poses.push_back(from_the_body(rows, frame));
   }
 
@@ -115,8 +117,8 @@ struct Study {
     for (const BodyFrame& frame : overlap) {
       const Eigen::Matrix3Xd pose = from_the_body(rows, frame);
       double least = 1e9;
-      for (const Eigen::Matrix3Xd& captured : poses)
-        least = std::min(least, (pose - captured).norm());
+      for (const Eigen::Matrix3Xd& taken : poses)
+        least = std::min(least, (pose - taken).norm());
       figures.nearest_cm +=
           100.0 * least / std::sqrt(static_cast<double>(pose.cols())) / static_cast<double>(count);
     }
@@ -204,10 +206,19 @@ void study_output(const Study& study) {
       seam_acceleration =
           std::max(seam_acceleration, largest(rates.acceleration_m_s2, part.begin, part.end));
     } else if (p + 1 < looped.parts.size() && looped.parts[p + 1].step != LoopStep::kSeam) {
-      const auto around = static_cast<std::int64_t>(0.3 * study.rate());
+      // A turn in fast motion is as fast: beside what the capture does there.
+      const auto around = static_cast<std::int64_t>(0.2 * study.rate());
+      double captured = study.usual.acceleration_m_s2;
+      for (auto f = std::max<std::int64_t>(0, part.end - around);
+           f < std::min<std::int64_t>(kFrames, part.end + around); ++f) {
+        const auto source = static_cast<std::size_t>(
+            std::clamp(std::lround(looped.source_frames[static_cast<std::size_t>(f)]), 0L,
+                       std::ssize(study.frames) - 1));
+        captured = std::max(captured, study.captured.acceleration_m_s2[source]);
+      }
+      const double made = largest(rates.acceleration_m_s2, part.end - around, part.end + around);
       turn_acceleration =
-          std::max(turn_acceleration,
-                   largest(rates.acceleration_m_s2, part.end - around, part.end + around));
+          std::max(turn_acceleration, made / captured * study.usual.acceleration_m_s2);
     }
   }
   const auto quality = [&](const motion::Clip& clip) {

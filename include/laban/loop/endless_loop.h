@@ -90,8 +90,8 @@ struct LoopedClip {
 ///
 /// Frames come out in order, in pieces of any size: the same frames whatever the pieces, from
 /// memory that does not grow. Travel continues: playing backwards walks back on the same path, a
-/// seam goes on from where the body stands and to where it faces. A first frame that leaps into the
-/// second (a pose that files of some rigs begin with) is left out.
+/// seam goes on from where the body stands and to where it faces. Up to three first frames that
+/// leap into the motion (a pose that files of some rigs begin with) are left out.
 class EndlessLoop {
  public:
   /// @throws Error{kUsage} if `options` has problems; Error{kData} if the clip has fewer than 8

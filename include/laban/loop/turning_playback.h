@@ -26,7 +26,7 @@ struct PlaybackLeap {
 struct PlaybackPlan {
   int frame_count = 0;
   std::vector<PlaybackTurn> turns;  ///< by frame, without the ends
-  PlaybackTurn first;               ///< the turn that is forced at frame 0
+  PlaybackTurn first;               ///< the turn that is forced there, at frame 0 or after it
   PlaybackTurn last;                ///< and at the last frame
   /// False: forwards playback leaps rather than turn at the last frame, if it still can; but once,
   /// if more than a tenth of the clip lies beyond the last leap.
@@ -53,9 +53,9 @@ struct PlaybackLeg {
 /// a fixed step when the point turns and rises when it does not, within [0, 2]. A turn is forced at
 /// the clip's ends. Leaps are taken in the same way, with P_max = 1/2. Ours: P is also multiplied
 /// by
-/// ((1 + shown) / (1 + shown'))^2, shown and shown' how often the frames that would come otherwise
+/// ((1 + shown) / (1 + shown'))^3, shown and shown' how often the frames that would come otherwise
 /// and those that would follow have been shown, so that all of the clip is used; and a point is
-/// passed by where easing does not fit.
+/// passed by where easing does not fit, or where those frames have had 1.5 times their share.
 class TurningPlayback {
  public:
   /// Begins at frame 0, forwards.
@@ -80,12 +80,13 @@ class TurningPlayback {
 
   bool takes(Chance& chance, const Way& taken, const Way& passed);
   [[nodiscard]] double shown_along(const Way& way) const;
+  [[nodiscard]] double mean_shown() const;
   [[nodiscard]] bool leaves_much_unshown(int frame) const;
   PlaybackLeg end_leg(const PlaybackTurn& turn);
   PlaybackLeg end_leg_by_leap(int leap);
   PlaybackLeg forwards();
   PlaybackLeg backwards();
-  void show(int from, int to);
+  void show(const PlaybackLeg& leg);
 
   PlaybackPlan plan_;
   base::Rng rng_;
