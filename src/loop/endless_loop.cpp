@@ -234,11 +234,11 @@ class EndlessLoop::Impl {
     const std::int64_t begin = made_;
     held_.mark_join(seam.join);
     for (const BodyFrame& frame : seam.frames) emit(frame);
-    parts_.push_back({LoopStep::kSeam, begin, made_, index});
     place_ = place_.after(seam.outgoing_from_incoming);
     // in_end, at which playback goes on, is the frame after the overlap.
     const int next = seam.found.in_begin + seam.found.frames;
     if (next < static_cast<int>(frames_.size())) show(next);
+    parts_.push_back({LoopStep::kSeam, begin, made_, index});
   }
 
   int left_out_;  // frames before the motion

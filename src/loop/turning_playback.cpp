@@ -70,6 +70,16 @@ bool TurningPlayback::leaves_much_unshown(int frame) const {
   return static_cast<double>(unshown) > kMuchUnshown * plan_.frame_count;
 }
 
+double TurningPlayback::most_shown_along(const Way& way) const {
+  const int reach = std::max(1, plan_.frame_count / 4);
+  double most = 0.0;
+  for (int n = 0, f = way.frame; n < reach && f >= 0 && f < plan_.frame_count; ++n) {
+    most = std::max(most, shown_[static_cast<std::size_t>(f)]);
+    f += way.direction;
+  }
+  return most;
+}
+
 double TurningPlayback::mean_shown() const {
   return std::accumulate(shown_.begin(), shown_.end(), 0.0) / plan_.frame_count;
 }
@@ -77,7 +87,7 @@ double TurningPlayback::mean_shown() const {
 bool TurningPlayback::takes(Chance& chance, const Way& taken, const Way& passed) {
   const double favour = (1.0 + shown_along(passed)) / (1.0 + shown_along(taken));
   // Frames that have had more than their share wait.
-  const bool too_often = shown_along(taken) > kMostShare * mean_shown() + 1.0;
+  const bool too_often = most_shown_along(taken) > kMostShare * mean_shown() + 1.0;
   const double probability = too_often ? 0.0 : chance.k * chance.most * favour * favour * favour;
   const bool takes_it = rng_.uniform() < probability;
   const double step = takes_it ? -plan_.probability_step : plan_.probability_step;

@@ -251,6 +251,68 @@ class Captured : public ::testing::Test {
   }
 };
 
+/// Greatest speed and acceleration of the overlaps of all seams that are played, in the capture's
+/// own 99th percentiles.
+struct SeamRates {
+  double speed = 0.0;
+  double acceleration = 0.0;
+  int seams = 0;
+};
+
+SeamRates seam_rates(const motion::Capture& capture) {
+  LoopOptions options;
+  options.turns = false;
+  const LoopedClip looped =
+      EndlessLoop(capture, options).next(2 * capture.clip.frame_count() + 400);
+  const Rates made = rates_of(looped.clip, capture.humanoid);
+  // Without what is left of a T-pose.
+  const Rates own = rates_of(capture.clip.slice(3, capture.clip.frame_count()), capture.humanoid);
+  SeamRates found;
+  for (const LoopPart& part : looped.parts) {
+    if (part.step != LoopStep::kSeam) continue;
+    ++found.seams;
+    for (auto f = part.begin; f < std::min<std::int64_t>(part.end, std::ssize(made.speed)); ++f) {
+      const auto n = static_cast<std::size_t>(f);
+      found.speed = std::max(found.speed, made.speed[n] / math::percentile(own.speed, 99.0));
+      found.acceleration = std::max(
+          found.acceleration, made.acceleration[n] / math::percentile(own.acceleration, 99.0));
+    }
+  }
+  return found;
+}
+
+TEST_F(Captured, SeamsAreNoQuickerThanTheirCapture) {
+  for (const char* name :
+       {"cmu_clips/walk_07_01.bvh", "cmu_clips/walk_08_01.bvh", "cmu_dance/salsa_01.bvh",
+        "cmu_clips/ballet_05_02_expressive_arms_pirouette.bvh",
+        "cmu_clips/kungfu_135_07_one_kick_209f_60fps.bvh",
+        "cmu_clips/kungfu_135_07_mawashigeri_209f_30fps.bvh",
+        "bandai1/dataset-1_bow_normal_001.bvh", "bandai1/dataset-1_byebye_normal_001.bvh"}) {
+    SCOPED_TRACE(name);
+    const SeamRates rates = seam_rates(capture(name));
+    EXPECT_GE(rates.seams, 1);
+    EXPECT_LE(rates.acceleration, 1.0);
+    // Feet that are held move a little on top.
+    EXPECT_LE(rates.speed, 1.05);
+  }
+}
+
+TEST_F(Captured, AWalkLoopsWithFeetNoWorseThanItsCapture) {
+  for (const char* name : {"cmu_clips/walk_07_01.bvh", "cmu_clips/walk_08_01.bvh"}) {
+    SCOPED_TRACE(name);
+    const motion::Capture walk = capture(name);
+    const motion::FootFloor floor =
+        motion::find_foot_contacts(walk.clip, walk.humanoid).floor.value();
+    const auto skate = [&](const motion::Clip& clip) {
+      return motion::measure_quality(clip, walk.humanoid, floor).foot_skate_cm;
+    };
+    EXPECT_LE(skate(seamless_loop(walk).clip), skate(walk.clip));
+    LoopOptions options;
+    options.turns = false;
+    EXPECT_LE(skate(EndlessLoop(walk, options).next(1700).clip), skate(walk.clip));
+  }
+}
+
 // The paper's case: 1700 frames from a kick of 209.
 TEST_F(Captured, AKickOf209FramesGives1700ThatUseNearlyAllOfThem) {
   const motion::Capture kick = capture("cmu_clips/kungfu_135_07_one_kick_209f_60fps.bvh");

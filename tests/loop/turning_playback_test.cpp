@@ -92,6 +92,7 @@ TEST(TurningPlayback, LeapsWhereTheEndIsNoPlaceToTurn) {
   lively.turns.clear();
   lively.leaps = {{120, 60}, {160, 30}};
   lively.last_turns = false;
+  lively.turns_at_all = false;
   TurningPlayback playback(lively, base::Rng(5));
   for (int n = 0; n < 200; ++n) EXPECT_TRUE(playback.next().leap.has_value());
 }

