@@ -10,6 +10,8 @@ packages=(g++ cmake ninja-build ccache pkg-config libeigen3-dev libdlib-dev libs
           libcairo2-dev libtinygltf-dev nlohmann-json3-dev libcli11-dev libfmt-dev fonts-dejavu-core)
 [[ "${1:-}" == --test || "${1:-}" == --all ]] && packages+=(libgtest-dev libgmock-dev python3 python3-numpy python3-jsonschema libxml2-utils)
 [[ "${1:-}" == --all ]] && packages+=(clang clang-format clang-tidy libclang-rt-14-dev libbenchmark-dev)
+# What tests/*/reference_values.py and tests/studies compare with.
+[[ "${1:-}" == --all ]] && packages+=(python3-sklearn)
 # Other people's programs for tests/interop; Blender's glTF importer needs numpy, which its package does not name.
 [[ "${1:-}" == --all ]] && packages+=(blender python3-numpy libassimp-dev)
 if [[ "${1:-}" == --all ]] && ! command -v npm >/dev/null; then packages+=(nodejs npm); fi

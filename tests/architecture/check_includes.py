@@ -19,6 +19,7 @@ BUILDS_ON = {
     "effort": ["motion", "learn"],
     "transfer": ["blend", "effort"],
     "loop": ["motion"],
+    "manifold": ["motion"],
     "draw": ["motion"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

@@ -1,9 +1,11 @@
 #include <fmt/core.h>
 
 #include "laban/base/error.h"
+#include "laban/manifold/manifold_file.h"
 #include "laban/motion/forward_kinematics.h"
 
 #include "files.h"
+#include "manifold.h"
 #include "report.h"
 #include "verb.h"
 
@@ -133,6 +135,18 @@ void inspect_model(const InspectVerb& verb, const std::string& bytes) {
   }
 }
 
+void inspect_manifold(const InspectVerb& verb, const std::string& bytes) {
+  const manifold::PoseManifold manifold = manifold::read_manifold(bytes, verb.input);
+  if (!verb.common.json) {
+    fmt::print("{}: {}", verb.input, manifold_text(manifold));
+    return;
+  }
+  Json json = {{"schema", "laban.inspect/1"}, {"kind", "manifold"}};
+  json.update(describe_manifold(manifold));
+  json["record"] = Json::parse(manifold.record_json);
+  fmt::print("{}\n", json.dump(2));
+}
+
 void inspect_table(const InspectVerb& verb, const std::string& text) {
   const effort::LabelTable table = effort::parse_label_table(text, verb.input);
   const auto blank = effort::blank_rows(table);
@@ -154,6 +168,10 @@ void inspect_table(const InspectVerb& verb, const std::string& text) {
 
 void run(const InspectVerb& verb) {
   const std::string bytes = read_bytes(verb.input);
+  // The kind stands in the container's head.
+  if (bytes.starts_with("laban\r\n") && bytes.substr(0, 64).find("laban.manifold") != bytes.npos) {
+    return inspect_manifold(verb, bytes);
+  }
   if (bytes.starts_with("laban\r\n")) return inspect_model(verb, bytes);
   if (verb.input.ends_with(".csv")) return inspect_table(verb, bytes);
   inspect_clip(verb, bytes);
@@ -163,9 +181,11 @@ void run(const InspectVerb& verb) {
 
 void add_inspect(CLI::App& app) {
   auto verb = std::make_shared<InspectVerb>();
-  CLI::App* sub = add_verb(app, "inspect", "Tell what is in a clip, a style model or a label table",
-                           "laban inspect capture.bvh");
-  sub->add_option("INPUT", verb->input, "clip, style model (.laban) or label table (.csv)")
+  CLI::App* sub =
+      add_verb(app, "inspect", "Tell what is in a clip, a style model, a manifold or a label table",
+               "laban inspect capture.bvh");
+  sub->add_option("INPUT", verb->input,
+                  "clip, style model (.laban), manifold (.manifold) or label table (.csv)")
       ->required();
   sub->add_flag("--check", verb->check,
                 "exit with 7 if a clip needs mending or no person is found in it");

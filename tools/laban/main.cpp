@@ -40,6 +40,15 @@ class ProgramFormatter : public CLI::Formatter {
   }
 };
 
+/// Help of a verb and of its parts (`laban manifold learn`), which are verbs below it.
+std::string help_of(const CLI::App& verb, const std::string& before) {
+  std::string text = verb.help(before);
+  for (const CLI::App* part : verb.get_subcommands([](const CLI::App*) { return true; })) {
+    text += "\n" + part->help(before + " " + verb.get_name());
+  }
+  return text;
+}
+
 /// The one place where an error becomes an exit code.
 int exit_code(base::ErrorKind kind) {
   switch (kind) {
@@ -98,6 +107,7 @@ int run(int argc, char** argv) {
   add_convert(app);
   add_draw(app);
   add_loop(app);
+  add_manifold(app);
 
   std::string topic;
   CLI::App* help =
@@ -112,13 +122,18 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (help->parsed()) {
-      const CLI::App* about = topic.empty() ? &app : app.get_subcommand(topic);
-      fmt::print("{}", about->help(topic.empty() ? "" : "laban"));
+      fmt::print("{}", topic.empty() ? app.help() : help_of(*app.get_subcommand(topic), "laban"));
     }
     return 0;
   } catch (const CLI::CallForHelp&) {
     const auto verbs = app.get_subcommands();
-    fmt::print("{}", verbs.empty() ? app.help() : verbs.front()->help("laban"));
+    if (verbs.empty()) {
+      fmt::print("{}", app.help());
+      return 0;
+    }
+    const auto parts = verbs.front()->get_subcommands();
+    fmt::print("{}", parts.empty() ? help_of(*verbs.front(), "laban")
+                                   : parts.front()->help("laban " + verbs.front()->get_name()));
     return 0;
   } catch (const CLI::CallForVersion&) {
     fmt::print("laban {}\n", base::version());

@@ -64,6 +64,7 @@ void add_draw(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_inspect(CLI::App& app);
 void add_loop(CLI::App& app);
+void add_manifold(CLI::App& app);
 void add_match(CLI::App& app);
 void add_measure(CLI::App& app);
 void add_segment(CLI::App& app);

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "laban/base/rng.h"
+#include "laban/manifold/pose_manifold.h"
+#include "laban/motion/clip.h"
+
+namespace laban::manifold {
+
+/// A motion on the map: a point for each frame.
+struct MapPath {
+  Eigen::Matrix2Xd points;      ///< 2 x F, inside the map
+  std::vector<int> primitives;  ///< in the order of the walk; empty for a path through points
+  std::vector<int> passed;      ///< frame at which each waypoint is passed (the nearest one)
+  int jumps = 0;                ///< times a walk stood where nothing is known to follow
+};
+
+/// Frames along the spline through points of the map [Manifold 5.1].
+///
+/// The curve is timed so that the body moves as fast as the captures do at each place of the map
+/// (their mean joint speed there, kept within a third and three times its median), then stretched
+/// to `frames`; nullopt leaves it as it is.
+///
+/// @param waypoints  2 x N map units, N >= 1; clamped to the map.
+/// @throws Error{kUsage} if frames < 1; Error{kData} if there is no point or one is not finite.
+[[nodiscard]] MapPath path_through(const PoseManifold& manifold,
+                                   const Eigen::Ref<const Eigen::Matrix2Xd>& waypoints,
+                                   std::optional<int> frames = std::nullopt);
+
+struct WalkOptions {
+  double seconds = 10.0;  ///< > 0
+  /// Noise on the transitions away from each primitive, in shares of all that leaves it, >= 0.
+  double perturb = 0.0;
+
+  /// Broken rules; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// A walk over primitives from a point of the map [Manifold 4.2, 5.2]: walk_states from the point's
+/// primitive, again from where it ended, each time on freshly perturbed transitions, until the time
+/// is filled; the spline runs through the primitives' centres and, between two, along the way over
+/// the map on which poses change least (ours: a straight line may cross a fold of the map).
+///
+/// The noise is on the transitions between different primitives, which alone choose the walk: on
+/// all entries, as printed, a scale of 0.1 would drown them (a primitive lasts for tens of frames,
+/// so each is a few hundredths). Where nothing is known to follow, the walk goes on to the
+/// primitive of nearest pose not just left, and counts a jump.
+///
+/// @throws Error{kUsage} if `options` has problems.
+[[nodiscard]] MapPath markov_path(const PoseManifold& manifold, const Eigen::Vector2d& start,
+                                  const WalkOptions& options, base::Rng& rng);
+
+/// How travel over the ground is rebuilt, which poses on the map do not hold.
+enum class Travel {
+  kContacts,    ///< feet that the captures have on the ground at that place of the map stand still
+  kPrimitives,  ///< as far as the captures travel at that place of the map
+  kNone,        ///< stay above the origin, facing +Z
+};
+
+struct PlayOptions {
+  Travel travel = Travel::kContacts;
+  /// Hold the feet by motion::lock_feet afterwards; never with kNone.
+  bool lock_feet = true;
+};
+
+/// Plays a path as a clip on the manifold's rig, at its rate, begun over the origin, facing +Z.
+///
+/// Rotations come by inverse kinematics from the positions at each point (pose_at); a bone turns
+/// about itself, and head, hands and toes against the joint above, by at most 12 radians a second,
+/// so that flips of the captures' angles do not come through. Turns of the body, and travel where
+/// no foot stands, are those of the captures at each place of the map, times how far the body moves
+/// along with them there: 1 as captured, -1 played backwards, at most twice as fast.
+///
+/// @throws Error{kData} if the path has no frame.
+[[nodiscard]] motion::Clip play(const PoseManifold& manifold, const MapPath& path,
+                                const PlayOptions& options = {});
+
+}  // namespace laban::manifold

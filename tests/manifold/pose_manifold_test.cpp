@@ -1,0 +1,284 @@
+#include "laban/manifold/pose_manifold.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "laban/base/error.h"
+#include "laban/io/clip_file.h"
+#include "laban/manifold/manifold_file.h"
+#include "laban/manifold/map_path.h"
+#include "laban/math/rotation.h"
+#include "laban/motion/forward_kinematics.h"
+#include "laban/motion/resample.h"
+#include "laban/motion/retarget.h"
+#include "laban/motion/root_motion.h"
+
+#include "samples.h"
+
+namespace laban::manifold {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix2Xd;
+using Eigen::Vector2d;
+
+motion::Capture embedded(const std::string& name) {
+  const std::string path = LABAN_SOURCE_DIR "/data/phrase/" + name + ".bvh";
+  return motion::find_capture(io::read_clip(path).clip);
+}
+
+LearnOptions small() {
+  LearnOptions options;
+  options.som.rows = 20;
+  options.som.columns = 20;
+  options.som.epochs = 12;
+  return options;
+}
+
+/// One manifold of two walks for all tests: learning takes a while.
+const LearnedManifold& walks() {
+  static const LearnedManifold learned = [] {
+    const std::vector<motion::Capture> captures = {embedded("phrase_walk_p01"),
+                                                   embedded("phrase_walk_p01")};
+    LearnOptions options;
+    options.som.epochs = 15;
+    return learn_manifold(captures, options);
+  }();
+  return learned;
+}
+
+/// Largest change of a bone's length over a clip, metres.
+double bone_length_spread(const motion::Clip& clip) {
+  Eigen::VectorXd low, high;
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    const Eigen::Matrix3Xd positions = motion::forward_kinematics(clip, f).positions;
+    Eigen::VectorXd lengths = Eigen::VectorXd::Zero(positions.cols());
+    for (int j = 1; j < clip.joint_count(); ++j) {
+      lengths[j] = (positions.col(j) - positions.col(clip.skeleton().joint(j).parent)).norm();
+    }
+    low = f == 0 ? lengths : low.cwiseMin(lengths).eval();
+    high = f == 0 ? lengths : high.cwiseMax(lengths).eval();
+  }
+  return (high - low).maxCoeff();
+}
+
+/// Largest turn of a joint from one frame to the next, radians.
+double largest_turn(const motion::Clip& clip) {
+  double largest = 0.0;
+  for (int f = 1; f < clip.frame_count(); ++f) {
+    for (int j = 0; j < clip.joint_count(); ++j) {
+      largest =
+          std::max(largest, math::angle_between(clip.rotation(f - 1, j), clip.rotation(f, j)));
+    }
+  }
+  return largest;
+}
+
+TEST(PoseVector, IsFreeOfPlaceAndHeadingAndKeepsHeight) {
+  motion::PoseMatrix pose = test::random_pose_matrix({.frames = 6});
+  const Eigen::MatrixXd before = pose_vectors(pose);
+  pose.steps.row(0).array() += 0.2;
+  pose.steps.row(2).array() -= 0.4;
+  EXPECT_EQ(pose_vectors(pose), before);
+  pose.height.array() += 0.5;
+  Eigen::MatrixXd risen = pose_vectors(pose) - before;
+  for (int s = 0; s < motion::kStandardJointCount; ++s) {
+    EXPECT_LT((risen.row(3 * s + 1).array() - 0.5 * motion::kStandardLegLengthM).abs().maxCoeff(),
+              1e-12);
+    risen.row(3 * s + 1).setZero();
+  }
+  EXPECT_LT(risen.cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(mean_joint_distance(before.col(0), before.col(0).array() + 1.0), std::sqrt(3.0),
+              1e-12);
+  EXPECT_THROW((void)mean_joint_distance(before.col(0), before.col(0).head(5)), base::Error);
+}
+
+TEST(PoseManifold, PosesOfTheTrainingTakeComeBackWithinThreeCentimetres) {
+  EXPECT_LT(walks().report.reconstruction_m, 0.03);
+  const motion::Capture capture = embedded("phrase_walk_p01");
+  const motion::PoseMatrix pose = motion::to_pose_matrix(capture.clip, capture.humanoid);
+  EXPECT_NEAR(reconstruction_error_m(walks().manifold, pose), walks().report.reconstruction_m,
+              1e-9);
+}
+
+TEST(PoseManifold, APoseHasTheBonesOfTheBody) {
+  const MapPose pose = pose_at(walks().manifold, {13.3, 40.7});
+  const motion::Skeleton& body = *motion::standard_skeleton();
+  for (int s = 1; s < motion::kStandardJointCount; ++s) {
+    const double length =
+        (pose.positions.col(s) -
+         pose.positions.col(motion::kStandardParents[static_cast<std::size_t>(s)]))
+            .norm();
+    EXPECT_NEAR(length, body.joint(s).rest_offset.norm(), 1e-12);
+  }
+}
+
+TEST(PoseManifold, TakesAreNotJoinedInTheChain) {
+  const PoseManifold& manifold = walks().manifold;
+  ASSERT_EQ(manifold.take_begins.size(), 2U);
+  EXPECT_EQ(manifold.primitives.counts.sum(), static_cast<double>(manifold.points.cols() - 2));
+  // The same take twice: every transition is there twice.
+  EXPECT_EQ((manifold.primitives.counts * 0.5).array().floor().sum() * 2.0,
+            manifold.primitives.counts.sum());
+}
+
+TEST(PoseManifold, ComparesThreeClusteringsAtTheElbow) {
+  const LearnReport& report = walks().report;
+  ASSERT_EQ(report.methods.size(), 3U);
+  EXPECT_EQ(report.elbow_errors.size(), 30U);
+  for (const ComparedClusters& one : report.methods) {
+    EXPECT_GT(one.figures.separation, 0.0);
+    EXPECT_GT(one.figures.within, 0.0);
+  }
+  EXPECT_EQ(report.methods[1].method, PrimitiveMethod::kFuzzyKMeans);
+}
+
+TEST(PoseManifold, ThePrincipalPlaneIsAMapToo) {
+  LearnOptions options = small();
+  options.kind = MapKind::kPca;
+  options.primitives = 5;
+  const std::vector<motion::Capture> captures = {embedded("phrase_walk_p02")};
+  const LearnedManifold learned = learn_manifold(captures, options);
+  EXPECT_EQ(learned.manifold.primitives.count(), 5);
+  EXPECT_TRUE(learned.report.elbow_errors.empty());
+  EXPECT_LT(learned.report.reconstruction_m, 0.10);
+  // The paper's inverse by the affine part lands near a frame's own place.
+  const motion::PoseMatrix pose = motion::to_pose_matrix(captures[0].clip, captures[0].humanoid);
+  const Eigen::VectorXd vector = pose_vectors(pose).col(10);
+  const Vector2d place = learned.manifold.place(vector);
+  EXPECT_EQ(place, learned.manifold.points.col(10));
+  EXPECT_LT((learned.manifold.generator.affine_inverse(vector) - place).norm(), 4.0);
+}
+
+TEST(PoseManifold, OtherRigsAndRatesAreBroughtToTheFirst) {
+  const motion::Capture first = embedded("phrase_walk_p03");
+  motion::Capture other = test::random_capture({.frames = 50, .frame_rate_hz = 30.0});
+  const std::vector<motion::Capture> captures = {first, other};
+  const LearnedManifold learned = learn_manifold(captures, small());
+  EXPECT_EQ(learned.manifold.rig.stance.joint_count(), first.clip.joint_count());
+  const int others = learned.manifold.points.cols() - first.clip.frame_count();
+  EXPECT_EQ(others, 1 + (other.clip.frame_count() - 1) * 2);  // 60 Hz
+}
+
+TEST(PoseManifold, OneFrameIsAMap) {
+  motion::Capture capture = embedded("phrase_bow_p01");
+  capture.clip = capture.clip.slice(0, 1);
+  const LearnedManifold learned = learn_manifold({&capture, 1}, small());
+  EXPECT_EQ(learned.manifold.primitives.count(), 1);
+  base::Rng rng(1);
+  WalkOptions walk;
+  walk.seconds = 0.5;
+  const MapPath path = markov_path(learned.manifold, {3.0, 4.0}, walk, rng);
+  const motion::Clip clip = play(learned.manifold, path);
+  EXPECT_EQ(clip.frame_count(), 31);
+}
+
+TEST(PoseManifold, RefusesWhatItCannotLearn) {
+  EXPECT_THROW((void)learn_manifold({}), base::Error);
+  const std::vector<motion::Capture> captures = {embedded("phrase_walk_p01")};
+  LearnOptions options;
+  options.primitives = 0;
+  EXPECT_THROW((void)learn_manifold(captures, options), base::Error);
+}
+
+// ---- paths ----
+
+TEST(MapPath, PassesItsPointsInTheFramesAskedFor) {
+  Matrix2Xd places(2, 3);
+  places << 10.0, 40.0, 20.0, 12.0, 31.0, 55.0;
+  const MapPath path = path_through(walks().manifold, places, 80);
+  ASSERT_EQ(path.points.cols(), 80);
+  EXPECT_LT((path.points.col(0) - places.col(0)).norm(), 1e-9);
+  EXPECT_LT((path.points.col(79) - places.col(2)).norm(), 1e-9);
+  ASSERT_EQ(path.passed.size(), 3U);
+  EXPECT_LT((path.points.col(path.passed[1]) - places.col(1)).norm(), 1.0);
+  EXPECT_THROW((void)path_through(walks().manifold, places, 0), base::Error);
+  EXPECT_EQ(path_through(walks().manifold, places.leftCols(1)).points.cols(), 1);
+}
+
+TEST(MapPath, PlaysWithConstantBonesAndWithoutFlips) {
+  Matrix2Xd places(2, 4);
+  places << 0.0, 64.0, 5.0, 60.0, 0.0, 64.0, 60.0, 5.0;
+  const motion::Clip clip = play(walks().manifold, path_through(walks().manifold, places));
+  EXPECT_LE(bone_length_spread(clip), 1e-6);
+  EXPECT_LT(largest_turn(clip), 0.5);  // radians in 1/60 s
+}
+
+TEST(MapPath, TheTrainingPathGivesTheCaptureBack) {
+  const PoseManifold& manifold = walks().manifold;
+  const motion::Capture capture = embedded("phrase_walk_p01");
+  MapPath path;
+  path.points = manifold.points.leftCols(capture.clip.frame_count());
+  const motion::Clip clip = play(manifold, path, {.lock_feet = false});
+  const motion::Clip still = motion::in_place(clip, capture.humanoid);
+  ASSERT_EQ(clip.frame_count(), capture.clip.frame_count());
+  // Travel: as far as the capture goes, within a quarter.
+  const auto length = [](const motion::Clip& c) {
+    const Eigen::Vector3d way =
+        c.root_positions().col(c.frame_count() - 1) - c.root_positions().col(0);
+    return std::hypot(way.x(), way.z());
+  };
+  EXPECT_NEAR(length(clip), length(capture.clip), 0.25 * length(capture.clip));
+  EXPECT_LE(bone_length_spread(still), 1e-6);
+}
+
+TEST(MapPath, AWalkOverPrimitivesFillsItsTimeAndRepeatsForASeed) {
+  WalkOptions options;
+  options.seconds = 6.0;
+  options.perturb = 0.1;
+  const Vector2d start = walks().manifold.points.col(0);
+  base::Rng one(3), same(3), other(4);
+  const MapPath path = markov_path(walks().manifold, start, options, one);
+  EXPECT_EQ(path.points.cols(), 361);
+  EXPECT_LT((path.points.col(0) - start).norm(), 1e-9);
+  EXPECT_EQ(markov_path(walks().manifold, start, options, same).points, path.points);
+  EXPECT_EQ(path.primitives.front(), walks().manifold.primitive_at(start));
+  options.seconds = 0.0;
+  EXPECT_THROW((void)markov_path(walks().manifold, start, options, other), base::Error);
+}
+
+TEST(MapPath, ContactsHoldTheFeetAndNoneStaysInPlace) {
+  const PoseManifold& manifold = walks().manifold;
+  base::Rng rng(1);
+  WalkOptions options;
+  options.seconds = 3.0;
+  const MapPath path = markov_path(manifold, manifold.points.col(0), options, rng);
+  const motion::Clip still = play(manifold, path, {.travel = Travel::kNone});
+  EXPECT_LT(still.root_positions().row(2).cwiseAbs().maxCoeff(), 0.15);
+  const motion::Clip travels = play(manifold, path);
+  EXPECT_GT(travels.root_positions().row(2).maxCoeff(), 0.5);
+  const motion::Clip own = play(manifold, path, {.travel = Travel::kPrimitives});
+  EXPECT_GT(own.root_positions().row(2).maxCoeff(), 0.5);
+}
+
+// ---- files ----
+
+TEST(ManifoldFile, ComesBackAsItWas) {
+  const std::string bytes = write_manifold(walks().manifold);
+  const PoseManifold back = read_manifold(bytes, "walk.manifold");
+  EXPECT_EQ(write_manifold(back), bytes);
+  EXPECT_EQ(back.points, walks().manifold.points);
+  EXPECT_EQ(back.primitives.labels, walks().manifold.primitives.labels);
+  const Vector2d point(20.5, 31.25);
+  EXPECT_EQ(pose_at(back, point).positions, pose_at(walks().manifold, point).positions);
+}
+
+TEST(ManifoldFile, DamageIsRefusedByName) {
+  const std::string bytes = write_manifold(walks().manifold);
+  EXPECT_THROW((void)read_manifold("", "x.manifold"), base::Error);
+  for (std::size_t at = 9; at < bytes.size(); at += bytes.size() / 37) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x20);
+    try {
+      (void)read_manifold(damaged, "x.manifold");
+      ADD_FAILURE() << "byte " << at;
+    } catch (const base::Error& error) {
+      EXPECT_EQ(error.kind(), base::ErrorKind::kFormat);
+      EXPECT_THAT(error.what(), ::testing::StartsWith("x.manifold: "));
+    }
+    EXPECT_THROW((void)read_manifold(bytes.substr(0, at), "x.manifold"), base::Error);
+  }
+}
+
+}  // namespace
+}  // namespace laban::manifold
