@@ -15,6 +15,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 
+// Where the error curve counts as flat: a further cluster lowers it by less than this share of the
+// error of one cluster, in the mean over so many further ones.
+constexpr double kFlat = 0.01;
+constexpr int kAhead = 3;
+
 void check_input(const Eigen::Ref<const MatrixXd>& x, const KMeansOptions& options) {
   if (const auto problems = options.problems(); !problems.empty()) {
     throw Error(ErrorKind::kUsage, problems.front());
@@ -162,15 +167,11 @@ ElbowCurve find_elbow(const Eigen::Ref<const MatrixXd>& x, int most, const KMean
     const double inertia = k_means(x, with, rng).inertia;
     curve.errors.push_back(std::sqrt(inertia / static_cast<double>(x.cols())));
   }
-  const double fall = curve.errors.front() - curve.errors.back();
-  double deepest = 0.0;
-  for (int k = 1; k <= last && fall > 0.0; ++k) {
-    const double along = (k - 1.0) / (last - 1.0);
-    const double depth =
-        (curve.errors.front() - curve.errors[static_cast<std::size_t>(k - 1)]) / fall - along;
-    if (depth <= deepest) continue;
-    deepest = depth;
-    curve.clusters = k;
+  const auto error = [&](int k) { return curve.errors[static_cast<std::size_t>(k - 1)]; };
+  for (curve.clusters = 1; curve.clusters < last; ++curve.clusters) {
+    const int ahead = std::min(kAhead, last - curve.clusters);
+    const double fall = (error(curve.clusters) - error(curve.clusters + ahead)) / ahead;
+    if (fall <= kFlat * error(1)) break;
   }
   return curve;
 }

@@ -430,9 +430,9 @@ MapPath path_through(const PoseManifold& manifold, const Eigen::Ref<const Matrix
 
 std::vector<std::string> WalkOptions::problems() const {
   std::vector<std::string> found;
-  if (!(seconds > 0.0 && seconds <= 86400.0)) {
+  if (!(seconds > 0.0 && seconds <= 3600.0)) {
     found.push_back("WalkOptions::seconds = " + std::to_string(seconds) +
-                    " (must be above 0, at most a day)");
+                    " (must be above 0, at most 3600)");
   }
   if (!(perturb >= 0.0 && std::isfinite(perturb))) {
     found.push_back("WalkOptions::perturb = " + std::to_string(perturb) + " (must be >= 0)");
@@ -450,6 +450,7 @@ MapPath markov_path(const PoseManifold& manifold, const Vector2d& start, const W
   MapPath path;
   path.primitives = {manifold.primitive_at(start)};
   const int frames = 1 + static_cast<int>(std::lround(options.seconds * manifold.frame_rate_hz));
+  double reached_s = -1.0;
   // A spline through few more places than needed: the walk doubles until its time is filled.
   for (std::size_t wanted = 16;; wanted *= 2) {
     while (path.primitives.size() < wanted) {
@@ -465,9 +466,10 @@ MapPath markov_path(const PoseManifold& manifold, const Vector2d& start, const W
     const Route route = route_of(manifold.primitives, path.primitives, start, ways);
     const MapSpline spline(columns_of(route.places));
     const TimedCurve curve = timed(manifold, spline);
-    // One primitive alone, or poses that do not differ: the body stands.
-    const bool stands = spline.length() == 0.0;
-    if (!stands && curve.times_s.back() < options.seconds) continue;
+    // Primitives that do not differ: twice as many take no longer, and the body stands.
+    const bool stands = curve.times_s.back() <= reached_s;
+    reached_s = curve.times_s.back();
+    if (reached_s < options.seconds && !stands) continue;
     const double duration_s = (frames - 1.0) / manifold.frame_rate_hz;
     path.points = frames_along(manifold, spline, curve, duration_s, frames);
     const std::vector<int> passed = frames_of_waypoints(spline, curve, duration_s, frames);

@@ -45,8 +45,8 @@ def errors(w, x):
 
 if __name__ == "__main__":
     for sigma in (1.0, 3.0):
-        print("minisom 12 x 12, 30 epochs, sigma %g: quantization %.6f topographic %.6f"
-              % (sigma, *errors(minisom(x, 12, 30, sigma), x)))
+        print("minisom 24 x 24, 30 epochs, sigma %g: quantization %.6f topographic %.6f"
+              % (sigma, *errors(minisom(x, 24, 30, sigma), x)))
     for k in (3, 8):
         print(f"k-means {k}: inertia {KMeans(k, n_init=100, random_state=0, tol=0).fit(x).inertia_:.10f}")
     mixture = GaussianMixture(3, n_init=10, random_state=0, tol=1e-9, max_iter=5000).fit(x[:, :2])

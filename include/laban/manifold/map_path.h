@@ -34,7 +34,7 @@ struct MapPath {
                                    std::optional<int> frames = std::nullopt);
 
 struct WalkOptions {
-  double seconds = 10.0;  ///< > 0
+  double seconds = 10.0;  ///< > 0, at most an hour
   /// Noise on the transitions away from each primitive, in shares of all that leaves it, >= 0.
   double perturb = 0.0;
 
