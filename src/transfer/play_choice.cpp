@@ -6,7 +6,6 @@
 #include "laban/blend/space_time_interpolation.h"
 #include "laban/motion/calm.h"
 
-#include "transfer/calmed.h"
 #include "transfer/frame_times.h"
 
 namespace laban::transfer {
@@ -49,12 +48,11 @@ PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const Blen
   return played;
 }
 
-}  // namespace
-
 Jerk jerk_of(const motion::PoseMatrix& pose) {
   return {motion::rms_jerk_m_s3(pose), motion::local_jerk_m_s3(pose).maxCoeff()};
 }
 
+/// Of the fragments that are blended: the mean of what is usual, the largest at any moment.
 Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts) {
   Jerk all;
   for (const PlayedPart& part : parts) {
@@ -65,6 +63,9 @@ Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts) {
   return all;
 }
 
+/// A motion without the jerks that quick play and extrapolation make of its sources' trembling.
+/// Where a time warp changes pace a blend may jerk for a moment: there it is held to what its
+/// sources do at most.
 motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const Jerk& sources) {
   constexpr double kMostUsual = 1.2;           // times the sources'
   constexpr double kMostLargest = 1.0 + 1e-9;  // the same, and round-off is no jerk
@@ -72,6 +73,8 @@ motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const Jerk& sources) {
       motion::calm(pose, kMostUsual * sources.usual_m_s3),
       Eigen::RowVectorXd::Constant(pose.frame_count(), kMostLargest * sources.largest_m_s3));
 }
+
+}  // namespace
 
 PlayMemory::PlayMemory(const StyleModel& model) : model_(&model), known_(model.fragments.size()) {}
 
