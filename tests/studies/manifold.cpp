@@ -2,8 +2,8 @@
 //
 //   manifold_study TRAIN UNSEEN [POSES.csv POINTS.csv]
 //
-// With two files more it writes the pose vectors and the map points, a frame a row, for
-// tests/studies/manifold.py, which runs MiniSom's algorithm and scikit-learn on them.
+// With two files more it writes the pose vectors and their principal coordinates, a frame a row,
+// for tests/studies/manifold.py, which runs MiniSom's algorithm and scikit-learn on them.
 #include <chrono>
 #include <cstdio>
 #include <fstream>
@@ -134,9 +134,10 @@ int study(const std::vector<std::string>& arguments) {
     play_all(learned.manifold, train);
     time_poses(learned.manifold);
     if (kind == manifold::MapKind::kSom && arguments.size() == 4) {
-      write_rows(arguments[2],
-                 manifold::pose_vectors(motion::to_pose_matrix(train.clip, train.humanoid)));
-      write_rows(arguments[3], learned.manifold.points);
+      const Eigen::MatrixXd poses =
+          manifold::pose_vectors(motion::to_pose_matrix(train.clip, train.humanoid));
+      write_rows(arguments[2], poses);
+      write_rows(arguments[3], learned.manifold.pca.transform(poses));
     }
   }
   return 0;

@@ -22,7 +22,7 @@ def main():
         print(f"MiniSom {side} x {side}, {epochs} epochs, sigma {sigma:g}: quantization %.4f m, topographic %.3f"
               % errors(minisom(poses, side, epochs, sigma), poses), flush=True)
     print(f"k-means {clusters}, best of 10: %.4f" % KMeans(clusters, n_init=10, random_state=0).fit(points).inertia_)
-    mixture = GaussianMixture(clusters, n_init=1, random_state=0, reg_covar=1e-2, tol=1e-6, max_iter=500).fit(points)
+    mixture = GaussianMixture(clusters, n_init=1, random_state=0, reg_covar=1e-4, tol=1e-6, max_iter=500).fit(points)
     print(f"mixture of {clusters}: %.4f" % mixture.score(points))
 
 
