@@ -117,8 +117,7 @@ struct Study {
     for (const BodyFrame& frame : overlap) {
       const Eigen::Matrix3Xd pose = from_the_body(rows, frame);
       double least = 1e9;
-      for (const Eigen::Matrix3Xd& taken : poses)
-        least = std::min(least, (pose - taken).norm());
+      for (const Eigen::Matrix3Xd& taken : poses) least = std::min(least, (pose - taken).norm());
       figures.nearest_cm +=
           100.0 * least / std::sqrt(static_cast<double>(pose.cols())) / static_cast<double>(count);
     }

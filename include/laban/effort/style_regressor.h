@@ -175,13 +175,13 @@ struct StyleRegressorState {
   /// Labels lie in [-3, 3], so does what is expected of them.
   bool bounded = false;
   learn::Standardizer scale;
-  EffortVector interpolation;  ///< F values, 0 or 1
-  EffortVector offset;         ///< F
-  EffortMatrix weights;        ///< F x D
-  Eigen::MatrixXd centers;     ///< D x C, standardized training features
-  EffortMatrix coefficients;   ///< F x C
-  EffortVector bulge_offset;   ///< F
-  EffortMatrix bulge;          ///< F x C
+  EffortVector interpolation;   ///< F values, 0 or 1
+  EffortVector offset;          ///< F
+  EffortMatrix weights;         ///< F x D
+  Eigen::MatrixXd centers;      ///< D x C, standardized training features
+  EffortMatrix coefficients;    ///< F x C
+  EffortVector bulge_offset;    ///< F
+  EffortMatrix bulge;           ///< F x C
   std::vector<FactorFit> fits;  ///< F
   /// nullopt: of a model file older than it; then the held-out error of the fit stands for it.
   std::optional<ErrorSpread> spread;
