@@ -134,11 +134,13 @@ SeamCosts seam_costs(const std::vector<Eigen::MatrixXd>& outgoing,
   const Eigen::Index frames = outgoing[0].cols();
   check(keep_columns >= 0 && frames - 1 - 2 * static_cast<Eigen::Index>(keep_columns) >= 1,
         "the overlap is too short for the blend");
-  SeamCosts costs{parents, Eigen::MatrixXd(rows, frames - 1), Eigen::MatrixXd::Zero(rows, frames)};
+  const auto joints = static_cast<Eigen::Index>(rows);
+  SeamCosts costs{parents, Eigen::MatrixXd(joints, frames - 1),
+                  Eigen::MatrixXd::Zero(joints, frames)};
   const auto charge = [metric](double M, double G) {
     return metric == SeamMetric::kDifference ? M : 1.0 - std::exp(-M / (G + kLeastGradient));
   };
-  Eigen::MatrixXd D(rows, frames);  // ||A - B||
+  Eigen::MatrixXd D(joints, frames);  // ||A - B||
   for (std::size_t r = 0; r < rows; ++r) {
     check(outgoing[r].cols() == frames && incoming[r].cols() == frames &&
               outgoing[r].rows() == incoming[r].rows(),
