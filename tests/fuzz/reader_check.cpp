@@ -3,11 +3,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <string>
 
 #include <sanitizer/allocator_interface.h>
 #include <sanitizer/common_interface_defs.h>
 
 #include "laban/base/error.h"
+#include "laban/base/sha256.h"
 
 namespace laban::fuzz {
 namespace {
@@ -68,6 +70,15 @@ int check_reader(const std::uint8_t* data, std::size_t size,
   }
   ledger.open = false;
   return 0;
+}
+
+int check_container_reader(const std::uint8_t* data, std::size_t size,
+                           const std::function<void(std::string_view bytes)>& read) {
+  constexpr std::size_t kDigestSize = 64;  // hexadecimal SHA-256 at the end of a container
+  if (size < kDigestSize) return 0;
+  std::string bytes(reinterpret_cast<const char*>(data), size - kDigestSize);
+  bytes += base::sha256_hex(bytes);
+  return check_reader(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), read);
 }
 
 }  // namespace laban::fuzz

@@ -17,6 +17,12 @@ namespace laban::fuzz {
 int check_reader(const std::uint8_t* data, std::size_t size,
                  const std::function<void(std::string_view bytes)>& read);
 
+/// The same of files in base/container.h's form, whose last bytes are their checksum. No mutation
+/// keeps a checksum right, so it is put right before: a damaged file is refused by it, but one made
+/// to harm has it.
+int check_container_reader(const std::uint8_t* data, std::size_t size,
+                           const std::function<void(std::string_view bytes)>& read);
+
 inline constexpr std::size_t kBytesPerByte = 16;
 inline constexpr std::size_t kFreeBytes = std::size_t{64} << 20U;
 

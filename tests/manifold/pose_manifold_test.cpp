@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "laban/base/atomic_file.h"
 #include "laban/base/error.h"
 #include "laban/io/clip_file.h"
 #include "laban/manifold/manifold_file.h"
@@ -262,6 +263,15 @@ TEST(ManifoldFile, ComesBackAsItWas) {
   EXPECT_EQ(back.primitives.labels, walks().manifold.primitives.labels);
   const Vector2d point(20.5, 31.25);
   EXPECT_EQ(pose_at(back, point).positions, pose_at(walks().manifold, point).positions);
+}
+
+// tests/manifold/files/version_1.manifold was written when version 1 of the format was the newest.
+TEST(ManifoldFile, FilesOfVersionOneAreRead) {
+  const PoseManifold manifold = read_manifold(
+      base::read_file(LABAN_SOURCE_DIR "/tests/manifold/files/version_1.manifold"), "version_1");
+  EXPECT_EQ(manifold.som.rows, 4);
+  EXPECT_EQ(manifold.points.cols(), 148);
+  EXPECT_EQ(manifold.primitives.centers.cols(), 2);
 }
 
 TEST(ManifoldFile, DamageIsRefusedByName) {
