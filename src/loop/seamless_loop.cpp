@@ -95,9 +95,10 @@ HeldFrames hold_round(const Frames& round, int join, const PlanarMotion& motion,
   const int fade =
       std::min(count / 2, static_cast<int>(std::lround(kFadeS * capture.clip.frame_rate_hz())));
   for (int f = 0; f < fade; ++f) {
-    const auto at = static_cast<std::size_t>(count - fade + f);
+    const int at = count - fade + f;
+    const auto cell = static_cast<std::size_t>(at);
     const double x = (f + 1.0) / fade;
-    own[at] = mix(own[at], before[at], x * x * (3.0 - 2.0 * x));
+    own[cell] = mix(own[cell], before[cell], x * x * (3.0 - 2.0 * x));
   }
   return {std::move(own), held.stances / 3};
 }
@@ -212,7 +213,8 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
     frames.back().source_frame = seam.found.out_begin;
   }
   for (int t = seam.join; t < seam.found.frames; ++t) {
-    frames[static_cast<std::size_t>(seam.found.out_begin + t)].source_frame = seam.found.out_begin;
+    const int frame = seam.found.out_begin + t;
+    frames[static_cast<std::size_t>(frame)].source_frame = seam.found.out_begin;
   }
   HeldFrames held{frames, 0};
   const auto floor = a.contacts.floor ? a.contacts.floor : b.contacts.floor;
