@@ -193,7 +193,7 @@ class ShortestWays {
 
   /// Dijkstra over the eight neighbours of each node; ties go to the node of lower number.
   [[nodiscard]] std::vector<int> shortest(int from, int to) const {
-    const auto count = static_cast<std::size_t>(rows_ * columns_);
+    const auto count = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(columns_);
     std::vector<double> cost(count, std::numeric_limits<double>::infinity());
     std::vector<int> before(count, -1);
     using Entry = std::pair<double, int>;

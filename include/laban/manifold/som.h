@@ -19,7 +19,8 @@ struct SelfOrganizingMap {
 
   /// Lattice place of a node: (column, row).
   [[nodiscard]] Eigen::Vector2d position(int node) const {
-    return {static_cast<double>(node % columns), static_cast<double>(node / columns)};
+    const int row = node / columns;
+    return {static_cast<double>(node % columns), static_cast<double>(row)};
   }
 };
 
