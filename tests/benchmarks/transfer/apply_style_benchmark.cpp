@@ -48,7 +48,7 @@ void BM_Restyle(benchmark::State& state) {
   const auto ask = [&](int n) {
     const double turn = 2.0 * std::numbers::pi * n / kTargets;
     const EffortTarget asked{{2.0 * std::cos(turn), 1.5 * std::sin(turn), 2.0 * std::sin(turn)},
-                             {1.0, 1.0, 1.0}};
+                             {1.0, 1.0, 1.0, 1.0}};
     return restyle(memory, segmented, {asked, {}, std::nullopt});
   };
   for (int n = 0; n < kTargets; ++n) benchmark::DoNotOptimize(ask(n));
