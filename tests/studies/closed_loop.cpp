@@ -22,79 +22,20 @@
 #include <vector>
 
 #include "laban/align/segment_input.h"
-#include "laban/base/error.h"
 #include "laban/base/rng.h"
 #include "laban/effort/observer.h"
-#include "laban/io/clip_file.h"
 #include "laban/math/parallel.h"
 #include "laban/math/statistics.h"
-#include "laban/motion/humanoid.h"
-#include "laban/motion/resample.h"
-#include "laban/motion/retarget.h"
 #include "laban/transfer/play_choice.h"
-#include "laban/transfer/style_corpus.h"
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/style_search.h"
 
-#include "name_pattern.h"
+#include "observed_corpus.h"
+#include "takes.h"
 
 namespace {
 
 using namespace laban;
-using studies::match;
-
-constexpr int kBlends = 105;
-constexpr double kMostRateHz = 60.0;
-
-std::vector<transfer::Fragment> read_takes(const std::filesystem::path& folder,
-                                           const std::string& pattern) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (io::is_motion_file(entry.path())) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  std::vector<transfer::Fragment> takes;
-  for (const auto& file : files) {
-    const auto fields = match(pattern, file.stem().string());
-    if (fields.empty()) continue;
-    const motion::Capture capture = motion::find_capture(io::read_clip(file).clip);
-    const motion::PoseMatrix pose =
-        motion::resample(motion::to_pose_matrix(capture.clip, capture.humanoid),
-                         std::min(kMostRateHz, capture.clip.frame_rate_hz()));
-    takes.push_back(
-        {file.stem().string(), fields.at("content"), fields.at("performer"), pose, std::nullopt});
-  }
-  if (takes.empty()) throw base::Error(base::ErrorKind::kUsage, "no file fits the pattern");
-  return takes;
-}
-
-/// A model of all takes but one performer's, labelled by the observer.
-transfer::StyleModel model_without(const std::vector<transfer::Fragment>& takes,
-                                   const std::string& performer) {
-  transfer::StyleCorpus corpus;
-  for (const transfer::Fragment& take : takes) {
-    if (take.performer != performer) corpus.fragments.push_back(take);
-  }
-  corpus.blends = transfer::draw_blends(corpus.fragments, {.count = kBlends, .seed = 1});
-  std::vector<effort::Descriptors> descriptors;
-  std::vector<std::string> contents;
-  for (const transfer::Fragment& fragment : corpus.fragments) {
-    descriptors.push_back(effort::describe(fragment.pose));
-    contents.push_back(fragment.content);
-  }
-  const auto reference = effort::fit_observer_reference(descriptors, contents);
-  for (std::size_t n = 0; n < corpus.fragments.size(); ++n)
-    corpus.fragments[n].effort = effort::observe(descriptors[n], reference, contents[n]).effort;
-  for (transfer::CorpusBlend& blend : corpus.blends) {
-    const auto made = transfer::make_blend(corpus.fragments, blend);
-    blend.effort = effort::observe(effort::describe(made.pose), reference,
-                                   contents[static_cast<std::size_t>(blend.fragment_i)])
-                       .effort;
-  }
-  transfer::TrainOptions options;
-  options.threads = 2;
-  return transfer::train_style_model(corpus, options);
-}
 
 /// The fragment of the take's own content that plays most of it; nullopt if none does.
 std::optional<int> matching_fragment(const transfer::StyleModel& model,
@@ -212,7 +153,8 @@ void print(const std::vector<Trial>& trials) {
 
 void run(const std::filesystem::path& folder, const std::string& pattern, int targets,
          const transfer::SearchOptions& search) {
-  const std::vector<transfer::Fragment> takes = read_takes(folder, pattern);
+  const std::vector<transfer::Fragment> takes =
+      studies::fragments_of(studies::read_takes(folder, pattern));
   std::vector<std::string> performers;
   for (const auto& take : takes) {
     if (std::find(performers.begin(), performers.end(), take.performer) == performers.end())
@@ -220,7 +162,7 @@ void run(const std::filesystem::path& folder, const std::string& pattern, int ta
   }
   std::vector<Trial> all;
   for (const std::string& performer : performers) {
-    const transfer::StyleModel model = model_without(takes, performer);
+    const transfer::StyleModel model = studies::model_without(takes, performer);
     std::vector<Input> inputs;
     int unmatched = 0;
     for (const auto& take : takes) {
