@@ -19,10 +19,11 @@
 
 #include "laban/align/content_groups.h"
 #include "laban/effort/observer.h"
-#include "laban/io/clip_file.h"
 #include "laban/math/statistics.h"
 #include "laban/motion/humanoid.h"
 #include "laban/motion/retarget.h"
+
+#include "takes.h"
 
 namespace {
 
@@ -34,45 +35,15 @@ struct Take {
   motion::PoseMatrix pose;
 };
 
-std::vector<std::string> split(const std::string& list) {
-  std::vector<std::string> parts(1);
-  for (const char c : list) {
-    if (c == ',') {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
-/// The contents, each as it stands in a file's name: between the pattern's text around {content}.
-std::vector<std::string> name_parts(const std::string& pattern,
-                                    const std::vector<std::string>& contents) {
-  const std::string field = "{content}";
-  const std::size_t at = pattern.find(field);
-  const std::string before = pattern.substr(0, at);
-  const std::size_t after = at + field.size();
-  const std::string behind = pattern.substr(after, pattern.find('{', after) - after);
-  std::vector<std::string> parts;
-  for (const std::string& content : contents) parts.push_back(before + content + behind);
-  return parts;
-}
-
-std::vector<Take> read_takes(const std::filesystem::path& folder,
-                             const std::vector<std::string>& prefixes) {
+std::vector<Take> read_takes(const std::filesystem::path& folder, const std::string& pattern,
+                             const std::vector<std::string>& contents) {
   std::vector<Take> takes;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const std::string name = entry.path().stem().string();
-    for (std::size_t c = 0; c < prefixes.size(); ++c) {
-      if (name.rfind(prefixes[c], 0) != 0) continue;
-      const motion::Capture capture = motion::find_capture(io::read_clip(entry.path()).clip);
-      takes.push_back(
-          {name, static_cast<int>(c), motion::to_pose_matrix(capture.clip, capture.humanoid)});
-    }
+  for (const studies::Take& take : studies::read_takes(folder, pattern)) {
+    const auto content = std::find(contents.begin(), contents.end(), take.content);
+    if (content == contents.end()) continue;
+    takes.push_back({take.name, static_cast<int>(content - contents.begin()),
+                     motion::to_pose_matrix(take.capture.clip, take.capture.humanoid)});
   }
-  std::sort(takes.begin(), takes.end(),
-            [](const Take& a, const Take& b) { return a.name < b.name; });
   return takes;
 }
 
@@ -119,8 +90,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const std::vector<std::string> contents = split(argv[3]);
-    const std::vector<Take> takes = read_takes(argv[1], name_parts(argv[2], contents));
+    const std::vector<std::string> contents = studies::split(argv[3]);
+    const std::vector<Take> takes = read_takes(argv[1], argv[2], contents);
     print_costs(takes);
     std::printf("\n         standard deviation      correlation            length\n");
     std::printf("content    flow weight   time      f-w    f-t    w-t   ratio\n");

@@ -13,9 +13,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <map>
 #include <numeric>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -26,12 +24,13 @@
 #include "laban/align/content_metric.h"
 #include "laban/align/segment_input.h"
 #include "laban/base/error.h"
-#include "laban/io/clip_file.h"
 #include "laban/math/parallel.h"
 #include "laban/math/statistics.h"
 #include "laban/motion/humanoid.h"
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
+
+#include "takes.h"
 
 namespace {
 
@@ -51,78 +50,30 @@ struct Corpus {
   std::vector<Take> takes;
 };
 
-// The fields of a file's stem under a pattern such as "{content}_{performer}".
-class NamePattern {
- public:
-  explicit NamePattern(const std::string& pattern) {
-    std::string expression;
-    for (std::size_t at = 0; at < pattern.size(); ++at) {
-      const std::size_t end = pattern[at] == '{' ? pattern.find('}', at) : std::string::npos;
-      if (end == std::string::npos) {
-        expression += std::string("[") + pattern[at] + "]";
-        continue;
-      }
-      fields_.push_back(pattern.substr(at + 1, end - at - 1));
-      expression += "(.+?)";
-      at = end;
-    }
-    regex_ = std::regex(expression);
-  }
-
-  [[nodiscard]] std::map<std::string, std::string> match(const std::string& stem) const {
-    std::map<std::string, std::string> found;
-    std::smatch parts;
-    if (!std::regex_match(stem, parts, regex_)) return found;
-    for (std::size_t n = 0; n < fields_.size(); ++n) found[fields_[n]] = parts[n + 1];
-    return found;
-  }
-
- private:
-  std::vector<std::string> fields_;
-  std::regex regex_;
-};
-
-std::vector<std::string> split(const std::string& list) {
-  std::vector<std::string> parts(1);
-  for (const char c : list) {
-    if (c == ',') {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
 int index_in(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) names.push_back(name);
   return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-Corpus read_corpus(const std::filesystem::path& folder, const NamePattern& pattern,
+/// The takes of some contents, all at the rate of the first.
+Corpus read_corpus(const std::filesystem::path& folder, const std::string& pattern,
                    const std::vector<std::string>& contents) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (io::is_motion_file(entry.path())) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
   Corpus corpus{contents, {}, {}};
   double frame_rate_hz = 0.0;
-  for (const auto& path : files) {
-    auto fields = pattern.match(path.stem().string());
-    const auto content = std::find(contents.begin(), contents.end(), fields["content"]);
+  for (studies::Take& take : studies::read_takes(folder, pattern)) {
+    const auto content = std::find(contents.begin(), contents.end(), take.content);
     if (content == contents.end()) continue;
-    motion::Capture capture = motion::find_capture(io::read_clip(path).clip);
+    motion::Capture& capture = take.capture;
     if (frame_rate_hz == 0.0) frame_rate_hz = capture.clip.frame_rate_hz();
     capture.clip = motion::resample(capture.clip, frame_rate_hz);
     motion::PoseMatrix pose = motion::to_pose_matrix(capture.clip, capture.humanoid);
     corpus.takes.push_back({static_cast<int>(content - contents.begin()),
-                            index_in(corpus.performers, fields["performer"]), fields["take"],
+                            index_in(corpus.performers, take.performer), take.take,
                             std::move(capture), std::move(pose)});
   }
   if (corpus.takes.empty()) {
-    throw base::Error(base::ErrorKind::kData, folder.string() + ": no file fits the pattern");
+    throw base::Error(base::ErrorKind::kData, folder.string() + ": no take of these contents");
   }
   return corpus;
 }
@@ -372,7 +323,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    const Corpus corpus = read_corpus(argv[1], NamePattern(argv[2]), split(argv[3]));
+    const Corpus corpus = read_corpus(argv[1], argv[2], studies::split(argv[3]));
     std::printf("%zu takes, %zu contents, %zu performers\n", corpus.takes.size(),
                 corpus.contents.size(), corpus.performers.size());
     print_segmentation(corpus, argc == 5 ? argv[4] : "");
