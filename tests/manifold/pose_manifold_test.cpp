@@ -36,7 +36,8 @@ LearnOptions small() {
   return options;
 }
 
-/// One manifold of two walks for all tests: learning takes a while.
+/// One manifold for all tests, as learning takes a while: of one walk twice, so that what each take
+/// adds is known to be the same.
 const LearnedManifold& walks() {
   static const LearnedManifold learned = [] {
     const std::vector<motion::Capture> captures = {embedded("phrase_walk_p01"),
