@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+
+#include "laban/motion/pose_matrix.h"
+
+namespace laban::texture {
+
+/// Rows of an observation: three angles a standard joint, height, three planar root steps.
+inline constexpr int kObservationRows = motion::kAngleRowCount + 4;
+
+/// The one space in which all takes of a corpus are observed ([Li02, 3.1], "locally
+/// reparameterised"): joint angles away from one reference pose, so that they stay far below pi.
+struct ObservationSpace {
+  /// Local rotation of each standard joint in the reference pose (that of PoseMatrix is a T-pose).
+  std::array<Eigen::Quaterniond, motion::kStandardJointCount> reference;
+  /// 67 positive factors, observation over pose matrix: they make one unit of any row weigh alike
+  /// in the fits, for one variance is charged for all rows outside a texton's subspace.
+  Eigen::VectorXd scale;
+};
+
+/// The space of a corpus: reference rotations are the takes' means.
+/// @throws Error{kUsage} if there is no take.
+[[nodiscard]] ObservationSpace learn_observation_space(std::span<const motion::PoseMatrix> takes);
+
+/// 67 x F observations: rows 3 s .. 3 s + 2 are standard joint s, then height, then steps.
+[[nodiscard]] Eigen::MatrixXd observe(const ObservationSpace& space,
+                                      const motion::PoseMatrix& pose);
+
+/// The inverse of observe: poses of any 67 x F observations.
+[[nodiscard]] motion::PoseMatrix poses_of(const ObservationSpace& space,
+                                          const Eigen::Ref<const Eigen::MatrixXd>& observations,
+                                          double frame_rate_hz, double leg_length_m);
+
+}  // namespace laban::texture
