@@ -43,26 +43,45 @@ std::vector<Fold> list_folds(std::span<const int> folds, Eigen::Index count) {
   return result;
 }
 
+/// The inverse of a lower triangular matrix, by halves: [A 0; B C]^-1 = [A^-1 0; -C^-1 B A^-1
+/// C^-1].
+Eigen::MatrixXd inverse_of_lower(const Eigen::Ref<const Eigen::MatrixXd>& lower) {
+  constexpr Eigen::Index kSmall = 16;
+  const Eigen::Index n = lower.rows();
+  if (n <= kSmall) {
+    return lower.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(n, n));
+  }
+  const Eigen::Index half = n / 2;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
+  inverse.topLeftCorner(half, half) = inverse_of_lower(lower.topLeftCorner(half, half));
+  inverse.bottomRightCorner(n - half, n - half) =
+      inverse_of_lower(lower.bottomRightCorner(n - half, n - half));
+  inverse.bottomLeftCorner(n - half, half).noalias() =
+      -inverse.bottomRightCorner(n - half, n - half) *
+      (lower.bottomLeftCorner(n - half, half) * inverse.topLeftCorner(half, half));
+  return inverse;
+}
+
 Eigen::MatrixXd held_out_residuals(const Eigen::Ref<const Eigen::MatrixXd>& kernel,
                                    const Eigen::Ref<const Eigen::MatrixXd>& targets,
                                    double loss_weight, const std::vector<Fold>& folds,
                                    const Eigen::VectorXd& weights) {
-  const Eigen::Index count = kernel.rows();
   const Eigen::LLT<Eigen::MatrixXd> factor =
       factorize_ridge_system("cross-validation", kernel, loss_weight, weights);
   // A refit without S solves for y - m 1, m the weighted mean of y outside S. Then its residual on
   // S is (G_SS)^-1 (G (y - m 1))_S, by block inversion of G^-1 = K + W^-1/U: G_SS^-1 is the Schur
   // complement of the other samples' block, and G (y - m 1) restricted to S multiplies it. The
-  // weights of S are in both and cancel.
-  const Eigen::MatrixXd G = factor.solve(Eigen::MatrixXd::Identity(count, count));
-  const Eigen::MatrixXd Gy = G * targets;
-  const Eigen::VectorXd G1 = G.rowwise().sum();
-  Eigen::MatrixXd residuals(count, targets.cols());
+  // weights of S are in both and cancel. With G = R' R, G_SS needs the columns S of R only.
+  const Eigen::MatrixXd R = inverse_of_lower(factor.matrixLLT());
+  const Eigen::MatrixXd Gy = R.transpose() * (R * targets);
+  const Eigen::VectorXd G1 = R.transpose() * R.rowwise().sum();
+  Eigen::MatrixXd residuals(kernel.rows(), targets.cols());
   for (const Fold& fold : folds) {
     const Indices& S = fold.held_out;
     const Eigen::VectorXd w = weights(fold.rest);
     const Eigen::RowVectorXd m = w.transpose() * targets(fold.rest, Eigen::all) / w.sum();
-    const Eigen::MatrixXd G_SS = G(S, S);
+    const Eigen::MatrixXd R_S = R(Eigen::all, S);
+    const Eigen::MatrixXd G_SS = R_S.transpose() * R_S;
     const Eigen::VectorXd G1_S = G1(S);
     const Eigen::MatrixXd Gy_S = Gy(S, Eigen::all);
     const Eigen::MatrixXd solved = G_SS.llt().solve(Gy_S - G1_S * m);
