@@ -8,6 +8,7 @@
 
 #include "laban/align/dtw.h"
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 #include "laban/math/parallel.h"
 #include "laban/math/statistics.h"
 
@@ -19,8 +20,6 @@ namespace {
 
 using base::Error;
 using base::ErrorKind;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 void require_distances(const Eigen::Ref<const Eigen::MatrixXd>& distances, const char* place) {
   if (distances.rows() < 1 || distances.rows() != distances.cols() || !distances.allFinite() ||
@@ -48,7 +47,7 @@ struct Linkage {
   struct Nearest {
     std::size_t a = 0;
     std::size_t b = 0;
-    double distance = kInfinity;
+    double distance = math::kInfinity;
   };
 
   [[nodiscard]] double& between(std::size_t a, std::size_t b) {
@@ -101,14 +100,14 @@ Inside inside_group(const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::spa
                     int group) {
   Inside result;
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    double nearest = kInfinity;
+    double nearest = math::kInfinity;
     for (std::size_t j = 0; j < groups.size(); ++j) {
       if (i == j || groups[i] != group || groups[j] != group) continue;
       const double cost = mean_cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
       nearest = std::min(nearest, cost);
       if (i < j) result.pairs.push_back(cost);
     }
-    if (nearest < kInfinity) result.nearest.push_back(nearest);
+    if (nearest < math::kInfinity) result.nearest.push_back(nearest);
   }
   return result;
 }
@@ -215,7 +214,7 @@ Eigen::MatrixXd locally_scaled(const Eigen::Ref<const Eigen::MatrixXd>& mean_cos
   Eigen::ArrayXd scale(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     Eigen::VectorXd row = mean_cost.row(i).transpose();
-    row(i) = -kInfinity;
+    row(i) = -math::kInfinity;
     std::nth_element(row.data(), row.data() + rank, row.data() + count);
     scale(i) = std::sqrt(std::max(row(rank), floor));
   }
@@ -280,7 +279,7 @@ std::vector<GroupCostStatistics> group_cost_statistics(
     dearest = std::max(dearest, margin * nearest);
   }
   for (GroupCostStatistics& s : statistics) {
-    if (!s.has_pairs) s.threshold = dearest > 0.0 ? dearest : kInfinity;
+    if (!s.has_pairs) s.threshold = dearest > 0.0 ? dearest : math::kInfinity;
   }
   return statistics;
 }

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
+
+#include "laban/math/constants.h"
 
 #include "align/local_distance.h"
 
@@ -16,7 +17,6 @@ namespace {
 //
 // g(p, q) = d(p, q) + min{ g(p-1, q-1), g(p-1, q), g(p, q-1) },  g(0, 0) = d(0, 0).
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kBlockFrames = 32;  // a block of distances stays in the second-level cache
 
 enum class Step : std::uint8_t { kDiagonal, kAdvanceP, kAdvanceQ };
@@ -60,7 +60,7 @@ std::vector<FramePair> trace_back(const std::vector<Step>& steps, int n, int m) 
 
 // Sum and number of cells of the best path to a cell.
 struct Partial {
-  double cost = kInfinity;
+  double cost = math::kInfinity;
   std::int64_t length = 0;
 };
 
@@ -98,11 +98,11 @@ DtwResult dtw(const Eigen::Ref<const Eigen::MatrixXd>& x,
   require_pair(x, y);
   const auto n = static_cast<std::size_t>(x.cols());
   const auto m = static_cast<std::size_t>(y.cols());
-  std::vector<double> g(m, kInfinity);  // of frame p - 1 right of q, of frame p left of it
+  std::vector<double> g(m, math::kInfinity);  // of frame p - 1 right of q, of frame p left of it
   std::vector<Step> steps(n * m);
   for_each_row(x, y, [&](int p, const double* d) {
-    double diagonal = p == 0 ? 0.0 : kInfinity;
-    double left = kInfinity;
+    double diagonal = p == 0 ? 0.0 : math::kInfinity;
+    double left = math::kInfinity;
     Step* step = steps.data() + static_cast<std::size_t>(p) * m;
     for (std::size_t q = 0; q < m; ++q) {
       const double above = g[q];

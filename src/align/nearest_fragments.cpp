@@ -19,7 +19,7 @@ using base::Error;
 using base::ErrorKind;
 using Eigen::Index;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 // Leading coordinates that are bounded on their own, by the boxes and by screening; the others are
 // by their norm. Of joint angles 8 hold most of the variance, 20 nearly all.
 constexpr Index kLeadingCoordinates = 20;
@@ -321,8 +321,8 @@ class Rest {
 
   void fill(const BoxBound& bound, float limit) {
     const Sum end;
-    std::fill(rows_.begin(), rows_.end(), kInfinity);
-    std::fill(rows_extra_.begin(), rows_extra_.end(), kInfinity);
+    std::fill(rows_.begin(), rows_.end(), kUnreachable);
+    std::fill(rows_extra_.begin(), rows_extra_.end(), kUnreachable);
     Sum sum = end;
     for (Index p = bound.rows - 1; p >= 0; --p) {
       const auto cell = static_cast<std::size_t>(p) / lanes_ * lanes_ +
@@ -333,9 +333,9 @@ class Rest {
     }
     sum = end;
     const Index behind = bound.frames + kFramePadding;
-    std::fill(frames_.begin() + behind, frames_.begin() + behind + kFramePadding, kInfinity);
+    std::fill(frames_.begin() + behind, frames_.begin() + behind + kFramePadding, kUnreachable);
     std::fill(frames_extra_.begin() + behind, frames_extra_.begin() + behind + kFramePadding,
-              kInfinity);
+              kUnreachable);
     for (Index q = bound.frames - 1; q >= 0; --q) {
       const auto cell = static_cast<std::size_t>(q + kFramePadding);
       frames_[cell] = sum.all;
@@ -442,7 +442,7 @@ class FragmentIndex::Search {
 
   // No fragment of a dearer mean cell is among the nearest `count`, single precision included.
   [[nodiscard]] float limit() const {
-    if (best_.size() < count_) return kInfinity;
+    if (best_.size() < count_) return kUnreachable;
     return best_.back() * (1.0F + 1e-5F) + slack_;
   }
 
@@ -496,7 +496,7 @@ class FragmentIndex::Search {
   [[nodiscard]] bool has_path(const FrameRows& frames, int first, int dimensions, const Rest& rest,
                               float most) {
     float* cost = costs_.data() + kFramePadding;
-    std::fill_n(costs_.data(), frames.count + 2 * kFramePadding, kInfinity);
+    std::fill_n(costs_.data(), frames.count + 2 * kFramePadding, kUnreachable);
     cost[-1] = 0.0F;
     FrameRange live = {0, 0};
     for (int n = 0; n < strips_.count(); ++n) {

@@ -6,6 +6,7 @@
 
 #include "laban/align/dtw.h"
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 
 #include "align/lane_frames.h"
 #include "align/local_distance.h"
@@ -23,12 +24,10 @@ namespace {
 // [Ney84]: with (entry frame, best finished snippet a frame) the chain of snippets is traced back
 // in memory O(T + S).
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // The best chain of snippets that ends at an input frame with a fragment's last frame.
 struct Finished {
-  double cost = kInfinity;  // from some common cost on
-  int entry = 0;            // first input frame of its last snippet
+  double cost = math::kInfinity;  // from some common cost on
+  int entry = 0;                  // first input frame of its last snippet
   int fragment = 0;
 };
 
@@ -63,7 +62,7 @@ void require_valid(const Eigen::Ref<const Eigen::MatrixXd>& input,
 
 std::vector<std::string> SegmentOptions::problems() const {
   std::vector<std::string> found;
-  if (!(snippet_cost >= 0.0) || snippet_cost == kInfinity) {
+  if (!(snippet_cost >= 0.0) || snippet_cost == math::kInfinity) {
     found.push_back("SegmentOptions::snippet_cost = " + std::to_string(snippet_cost) +
                     " (must be finite and >= 0)");
   }
@@ -264,7 +263,7 @@ class OneStage::LimitedSteps : public OneStage::Steps {
   // The best path to a cell: its cost from the input's first frame, and of its current snippet the
   // first input frame and the number of cells so far.
   struct Cell {
-    double cost = kInfinity;
+    double cost = math::kInfinity;
     int entry = 0;
     int length = 0;
 
@@ -315,7 +314,7 @@ class OneStage::LimitedSteps : public OneStage::Steps {
 
   [[nodiscard]] std::optional<Segmentation> with_costs(const std::vector<Finished>& finished,
                                                        const std::vector<int>& lengths) const {
-    if (finished.back().cost == kInfinity) return std::nullopt;
+    if (finished.back().cost == math::kInfinity) return std::nullopt;
     Segmentation result{trace_back(finished), finished.back().cost};
     for (Snippet& snippet : result.snippets) {
       const auto last = static_cast<std::size_t>(snippet.end - 1);

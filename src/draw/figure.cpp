@@ -3,13 +3,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "laban/math/constants.h"
 #include "laban/motion/forward_kinematics.h"
 
 namespace laban::draw {
 namespace {
 
-constexpr double kElevationRad = 8.0 * std::numbers::pi / 180.0;
-constexpr double kThreeQuarterRad = 40.0 * std::numbers::pi / 180.0;
+constexpr double kElevationRad = 8.0 * math::kDegree;
+constexpr double kThreeQuarterRad = 40.0 * math::kDegree;
 constexpr double kRim = 1.3;  // units of white around a limb
 
 constexpr Color kLeftColor = rgb(0x0072b2);

@@ -209,8 +209,9 @@ void draw_panel(Canvas& canvas, const ChartPanel& panel, const PlotArea& area,
   canvas.begin_clip(box);
   for (const Curve& curve : panel.curves) draw_band(canvas, area, curve, color_of(names, curve));
   canvas.end_clip();
-  constexpr double kRim = 1.0;  // half of a line's width: one along the edge stays whole
-  canvas.begin_clip({box.x - kRim, box.y - kRim, box.width + 2.0 * kRim, box.height + 2.0 * kRim});
+  constexpr double kEdge = 1.0;  // half of a line's width: one along the edge stays whole
+  canvas.begin_clip(
+      {box.x - kEdge, box.y - kEdge, box.width + 2.0 * kEdge, box.height + 2.0 * kEdge});
   for (const Curve& curve : panel.curves) draw_curve(canvas, area, curve, color_of(names, curve));
   canvas.end_clip();
   for (const Curve& curve : panel.curves) draw_markers(canvas, area, curve, color_of(names, curve));

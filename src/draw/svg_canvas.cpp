@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kDecimals = 2;  // of coordinates: a hundredth of a unit cannot be seen
 
-std::string number(double value) {
+std::string svg_number(double value) {
   return short_number(value, kDecimals);
 }
 
@@ -19,7 +19,7 @@ std::string joined(std::initializer_list<std::string_view> parts) {
 }
 
 std::string pair(const Point& point) {
-  return joined({number(point.x()), ",", number(point.y())});
+  return joined({svg_number(point.x()), ",", svg_number(point.y())});
 }
 
 std::string hex(const Color& color) {
@@ -62,7 +62,8 @@ std::string attribute(std::string_view name, std::string_view value) {
 
 std::string fill_of(const Color& color) {
   if (color.alpha >= 1.0) return attribute("fill", hex(color));
-  return joined({attribute("fill", hex(color)), attribute("fill-opacity", number(color.alpha))});
+  return joined(
+      {attribute("fill", hex(color)), attribute("fill-opacity", svg_number(color.alpha))});
 }
 
 std::string points_of(std::span<const Point> points) {
@@ -77,8 +78,8 @@ std::string points_of(std::span<const Point> points) {
 class SvgCanvas final : public Canvas {
  public:
   SvgCanvas(double width, double height) {
-    const std::string w = number(width);
-    const std::string h = number(height);
+    const std::string w = svg_number(width);
+    const std::string h = svg_number(height);
     put({"<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\"",
          attribute("width", w), attribute("height", h),
          attribute("viewBox", joined({"0 0 ", w, " ", h})),
@@ -89,11 +90,12 @@ class SvgCanvas final : public Canvas {
   void polyline(std::span<const Point> points, const Stroke& stroke) override {
     if (points.size() < 2) return;
     put({"<polyline", attribute("points", points_of(points)), " fill=\"none\"",
-         attribute("stroke", hex(stroke.color)), attribute("stroke-width", number(stroke.width)),
-         " stroke-linejoin=\"round\""});
-    if (stroke.color.alpha < 1.0) put({attribute("stroke-opacity", number(stroke.color.alpha))});
+         attribute("stroke", hex(stroke.color)),
+         attribute("stroke-width", svg_number(stroke.width)), " stroke-linejoin=\"round\""});
+    if (stroke.color.alpha < 1.0)
+      put({attribute("stroke-opacity", svg_number(stroke.color.alpha))});
     if (stroke.round_caps && !stroke.dashed) put({" stroke-linecap=\"round\""});
-    const std::string dash = number(3.0 * stroke.width);
+    const std::string dash = svg_number(3.0 * stroke.width);
     if (stroke.dashed) put({attribute("stroke-dasharray", joined({dash, " ", dash}))});
     put({"/>\n"});
   }
@@ -103,13 +105,14 @@ class SvgCanvas final : public Canvas {
   }
 
   void circle(const Point& center, double radius, const Color& fill) override {
-    put({"<circle", attribute("cx", number(center.x())), attribute("cy", number(center.y())),
-         attribute("r", number(radius)), fill_of(fill), "/>\n"});
+    put({"<circle", attribute("cx", svg_number(center.x())),
+         attribute("cy", svg_number(center.y())), attribute("r", svg_number(radius)), fill_of(fill),
+         "/>\n"});
   }
 
   void rectangle(const Box& box, const Color& fill) override {
-    put({"<rect", attribute("x", number(box.x)), attribute("y", number(box.y)),
-         attribute("width", number(box.width)), attribute("height", number(box.height)),
+    put({"<rect", attribute("x", svg_number(box.x)), attribute("y", svg_number(box.y)),
+         attribute("width", svg_number(box.width)), attribute("height", svg_number(box.height)),
          fill_of(fill), " shape-rendering=\"crispEdges\"/>\n"});
   }
 
@@ -127,7 +130,7 @@ class SvgCanvas final : public Canvas {
     };
     // The larger circle shows more than half of itself.
     const auto arc = [](double r, bool large, const std::string& to) {
-      return joined({"A", number(r), " ", number(r), " 0 ", large ? "1" : "0", " 1 ", to});
+      return joined({"A", svg_number(r), " ", svg_number(r), " 0 ", large ? "1" : "0", " 1 ", to});
     };
     const std::string path =
         joined({"M", on(b, radius_b, axis - lean),
@@ -138,10 +141,10 @@ class SvgCanvas final : public Canvas {
   }
 
   void text(const Point& at, std::string_view text, const TextStyle& style) override {
-    const std::string x = number(at.x());
-    const std::string y = number(at.y());
-    put({"<text", attribute("x", x), attribute("y", y), attribute("font-size", number(style.size)),
-         fill_of(style.color)});
+    const std::string x = svg_number(at.x());
+    const std::string y = svg_number(at.y());
+    put({"<text", attribute("x", x), attribute("y", y),
+         attribute("font-size", svg_number(style.size)), fill_of(style.color)});
     if (style.anchor == Anchor::kMiddle) put({" text-anchor=\"middle\""});
     if (style.anchor == Anchor::kEnd) put({" text-anchor=\"end\""});
     if (style.bold) put({" font-weight=\"bold\""});
@@ -156,10 +159,10 @@ class SvgCanvas final : public Canvas {
 
   // A nested svg element clips to its own size and, unlike clipPath, needs no id.
   void begin_clip(const Box& box) override {
-    const std::string x = number(box.x);
-    const std::string y = number(box.y);
-    const std::string w = number(box.width);
-    const std::string h = number(box.height);
+    const std::string x = svg_number(box.x);
+    const std::string y = svg_number(box.y);
+    const std::string w = svg_number(box.width);
+    const std::string h = svg_number(box.height);
     put({"<svg", attribute("x", x), attribute("y", y), attribute("width", w),
          attribute("height", h), attribute("viewBox", joined({x, " ", y, " ", w, " ", h})),
          " overflow=\"hidden\">\n"});

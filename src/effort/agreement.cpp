@@ -169,7 +169,7 @@ struct FactorField {
   const char* name;
   std::optional<double> LabelRow::*field;
 };
-constexpr std::array<FactorField, 4> kFactorFields = {{{"flow", &LabelRow::flow},
+constexpr std::array<FactorField, 4> kNamedFactors = {{{"flow", &LabelRow::flow},
                                                        {"weight", &LabelRow::weight},
                                                        {"time", &LabelRow::time},
                                                        {"space", &LabelRow::space}}};
@@ -457,14 +457,14 @@ AgreementReport rater_agreement(const LabelTable& table, const AgreementOptions&
   AgreementReport report;
   report.raters = raters.names;
   report.fragments = static_cast<int>(judgements.size());
-  for (const FactorField& factor : kFactorFields) {
+  for (const FactorField& factor : kNamedFactors) {
     const Units units = first_values(judgements, factor);
     if (rater_count < 2 || units.empty()) continue;
     report.factors.push_back({factor.name, alpha_of(pairable(units), options.bootstrap),
                               icc_two_way_of(units, rater_count, level)});
   }
   std::vector<std::vector<RepeatAgreement>> by_rater(rater_count);
-  for (const FactorField& factor : kFactorFields) {
+  for (const FactorField& factor : kNamedFactors) {
     const std::vector<Units> own = own_values(judgements, rater_count, factor);
     for (std::size_t r = 0; r < rater_count; ++r) {
       const Units repeated = pairable(own[r]);

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "laban/base/error.h"
 #include "laban/io/asf_amc.h"
+#include "laban/math/constants.h"
 
 #include "io/text_scanner.h"
 #include "io/warnings.h"
@@ -220,7 +220,7 @@ class MotionReader {
   void read_values(std::size_t joint, std::string_view name) {
     const std::vector<AsfDof>& dofs = asf_.joints[joint].dofs;
     JointValues& values = values_[joint];
-    const double radians = degrees_ ? std::numbers::pi / 180.0 : 1.0;
+    const double radians = degrees_ ? math::kDegree : 1.0;
     for (std::size_t i = 0; i < dofs.size(); ++i) {
       scanner_.skip_blanks();
       if (at_line_end()) fail_count(name, dofs.size(), i);

@@ -2,10 +2,10 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "laban/base/error.h"
 #include "laban/io/asf_amc.h"
+#include "laban/math/constants.h"
 #include "laban/math/rotation.h"
 
 #include "io/text_scanner.h"
@@ -18,7 +18,6 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kInchM = 0.0254;
 constexpr int kNoParent = -1;
 constexpr int kRoot = 0;
@@ -415,7 +414,7 @@ AsfFile read_asf(std::string_view text, std::string_view name, const AsfReadOpti
   for (const int index : order) {
     const DraftBone& bone = draft.bones[static_cast<std::size_t>(index)];
     file.joints.push_back(
-        {axes_of(bone, draft.degrees ? kDegree : 1.0), bone.direction, bone.dofs});
+        {axes_of(bone, draft.degrees ? math::kDegree : 1.0), bone.direction, bone.dofs});
   }
   file.skeleton = std::make_shared<const motion::Skeleton>(std::move(joints));
   file.warnings = warnings.take();

@@ -19,7 +19,7 @@ namespace {
 
 // A joint whose positions never leave its OFFSET by more than this does not animate position:
 // exporters that write six channels everywhere repeat the OFFSET with float32 noise.
-constexpr double kStillM = 1e-6;
+constexpr double kStillOffsetM = 1e-6;
 
 // What the motion may take of memory: so much for each byte of the file, and so much for any file.
 // Three channels of one digit are 6 bytes, and 32 bytes a rotation; only a file whose joints mostly
@@ -494,7 +494,7 @@ class MotionBuilder {
     }
     for (const std::size_t j : layout_.movable) {
       const Eigen::Vector3d now = position(j);
-      if ((now - layout_.offsets_m[j]).norm() > kStillM) {
+      if ((now - layout_.offsets_m[j]).norm() > kStillOffsetM) {
         if (!with_translations_) return false;
         moves_[j] = true;
       }

@@ -11,12 +11,12 @@
 
 #include "laban/base/error.h"
 #include "laban/io/bvh.h"
+#include "laban/math/constants.h"
 #include "laban/math/rotation.h"
 
 namespace laban::io {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kQuarterTurn = std::numbers::pi / 2.0;
 
 // A rotation is off by at most the sum of its three angles' errors: 3 * 0.5e-6 < 1e-5 degrees.
@@ -27,7 +27,7 @@ constexpr int kAngleDecimals = 6;
 constexpr double kPositionStepM = 1e-8;
 
 // A joint that leaves its rest offset by no more than this is written without position channels.
-constexpr double kStillM = 1e-7;
+constexpr double kStillChannelM = 1e-7;
 
 // Below this cosine of the middle angle the first and third turn about one axis (gimbal lock): any
 // first angle will do, as the third is computed after it.
@@ -203,7 +203,7 @@ Layout make_layout(const motion::Clip& clip, bool all_positions) {
   if (!clip.has_translations() || all_positions) return layout;
   for (int f = 0; f < clip.frame_count(); ++f) {
     for (int j = 1; j < clip.joint_count(); ++j) {
-      if ((clip.translation(f, j) - skeleton.joint(j).rest_offset).norm() > kStillM) {
+      if ((clip.translation(f, j) - skeleton.joint(j).rest_offset).norm() > kStillChannelM) {
         layout.has_positions[static_cast<std::size_t>(j)] = true;
       }
     }
@@ -247,7 +247,7 @@ class BvhWriter {
         angles_[j] = euler_angles(clip.rotation(f, joint), order, angles_[j]);
         for (const double angle : angles_[j]) {
           text_ += ' ';
-          number_.append(angle / kDegree, angle_decimals_);
+          number_.append(angle / math::kDegree, angle_decimals_);
         }
       }
       text_.erase(row_begin, 1);

@@ -8,6 +8,10 @@
 
 namespace laban::io {
 
+inline std::size_t at(int index) {
+  return static_cast<std::size_t>(index);
+}
+
 /// One joint of the clip on its node.
 struct GltfJoint {
   int node = 0;

@@ -40,10 +40,6 @@ constexpr double kDefaultRateHz = 30.0;
 // Keys nearer than this are one: no rate above 1000 Hz is looked for.
 constexpr double kSameKeyS = 1e-3;
 
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
-
 /// Nodes with parents before children.
 std::vector<int> parents_first(const GltfModel& model) {
   std::vector<int> order;

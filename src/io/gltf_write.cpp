@@ -25,10 +25,6 @@ constexpr double kSameOffset = 1e-6;  // in parts of the offset, or of one unit
 // Of scales and weights, in a compact animation.
 constexpr double kScaleTolerance = 1e-4;
 
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
-
 /// Times of the source's animation that the frames of a clip show.
 std::vector<double> source_times(const GltfAsset& asset, const motion::Clip& clip,
                                  std::span<const double> source_frames) {

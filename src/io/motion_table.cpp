@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "NPY records are littl
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 /// Names that no other column has: a repeated one gets its joint's number.
-std::vector<std::string> unique_names(const motion::Skeleton& skeleton) {
+std::vector<std::string> column_names(const motion::Skeleton& skeleton) {
   std::set<std::string> taken;
   std::vector<std::string> names;
   for (int j = 0; j < skeleton.joint_count(); ++j) {
@@ -61,7 +61,7 @@ void append(std::string& bytes, const void* data, std::size_t size) {
 
 MotionTable joint_position_table(const motion::Clip& clip) {
   MotionTable table{"joint positions", clip.frame_rate_hz(), {}, {}};
-  for (const std::string& name : unique_names(clip.skeleton())) {
+  for (const std::string& name : column_names(clip.skeleton())) {
     for (const char* axis : kAxes) table.columns.push_back(name + "_" + axis + "_m");
   }
   table.values = motion::joint_positions(clip).reshaped(3 * clip.joint_count(), clip.frame_count());

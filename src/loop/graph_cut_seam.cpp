@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 
 namespace laban::loop {
 namespace {
@@ -13,7 +13,6 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Of the gradients' sum, radians: keeps M / G finite where nothing moves.
 constexpr double kLeastGradient = 1e-4;
 
@@ -81,7 +80,7 @@ Seam minimum_seam(const SeamCosts& costs) {
   const auto frames = static_cast<std::size_t>(costs.to_parent.cols());
   // own[r][t]: the cost of row r and all below it if r switches at t; frame 0 is out of the
   // question.
-  std::vector<std::vector<double>> own(rows, std::vector<double>(frames, kInfinity));
+  std::vector<std::vector<double>> own(rows, std::vector<double>(frames, math::kInfinity));
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t t = 1; t < frames; ++t) {
       own[r][t] = costs.along_time(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(t) - 1);
@@ -159,7 +158,7 @@ SeamCosts seam_costs(const std::vector<Eigen::MatrixXd>& outgoing,
     for (Eigen::Index t = 0; t + 1 < frames; ++t) {
       const bool kept = t < keep_columns || t + 1 >= frames - keep_columns;
       costs.along_time(row, t) =
-          kept ? kInfinity
+          kept ? math::kInfinity
                : weights[row] * charge(D(row, t) + D(row, t + 1), along(A, t) + along(B, t));
     }
     if (r == 0) continue;

@@ -20,17 +20,17 @@ using base::Error;
 using base::ErrorKind;
 using Frames = std::vector<BodyFrame>;
 
-constexpr int kFewestFrames = 8;
+constexpr int kFewestToClose = 8;
 /// Slower net travel than this is drift, leg lengths a second.
 constexpr double kTravels = 0.15;
-constexpr double kFadeS = 0.5;
+constexpr double kEndsFadeS = 0.5;
 
 void check(const motion::Capture& capture, const LoopOptions& options) {
   const auto problems = options.problems();
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
-  if (capture.clip.frame_count() < kFewestFrames) {
+  if (capture.clip.frame_count() < kFewestToClose) {
     throw Error(ErrorKind::kData, "a loop needs a clip of at least " +
-                                      std::to_string(kFewestFrames) + " frames, not " +
+                                      std::to_string(kFewestToClose) + " frames, not " +
                                       std::to_string(capture.clip.frame_count()));
   }
 }
@@ -93,7 +93,7 @@ HeldFrames hold_round(const Frames& round, int join, const PlanarMotion& motion,
   before = moved(std::move(before), motion);
   Frames own(held.frames.begin() + count, held.frames.begin() + 2 * count);
   const int fade =
-      std::min(count / 2, static_cast<int>(std::lround(kFadeS * capture.clip.frame_rate_hz())));
+      std::min(count / 2, static_cast<int>(std::lround(kEndsFadeS * capture.clip.frame_rate_hz())));
   for (int f = 0; f < fade; ++f) {
     const int at = count - fade + f;
     const auto cell = static_cast<std::size_t>(at);

@@ -14,7 +14,7 @@ using base::ErrorKind;
 
 constexpr double kNone = -1.0;
 
-int frames_of(double seconds, double frame_rate_hz) {
+int window_frames(double seconds, double frame_rate_hz) {
   return std::max(1, static_cast<int>(std::lround(seconds * frame_rate_hz)));
 }
 
@@ -146,7 +146,7 @@ Turning find_turning_points(const Eigen::Ref<const Eigen::MatrixXd>& angles, dou
   const auto distance = metric(angles, frame_rate_hz, options.distance);
   const int frames = static_cast<int>(angles.cols());
   const Eigen::VectorXd weights =
-      symmetry_weights(frames_of(options.window_s, frame_rate_hz), options.falloff);
+      symmetry_weights(window_frames(options.window_s, frame_rate_hz), options.falloff);
   const Sums sums = symmetry_sums(
       frames, weights, [&](int i, int j) { return distance(angles.col(i), angles.col(j)); });
   Turning turning;

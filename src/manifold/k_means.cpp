@@ -31,7 +31,8 @@ void check_input(const Eigen::Ref<const MatrixXd>& x, const KMeansOptions& optio
   }
 }
 
-RowVectorXd squared_distances(const Eigen::Ref<const MatrixXd>& x, const Eigen::VectorXd& center) {
+RowVectorXd squared_distances_to(const Eigen::Ref<const MatrixXd>& x,
+                                 const Eigen::VectorXd& center) {
   return (x.colwise() - center).colwise().squaredNorm();
 }
 
@@ -50,13 +51,13 @@ Index draw(const RowVectorXd& weights, base::Rng& rng) {
 MatrixXd first_centers(const Eigen::Ref<const MatrixXd>& x, int clusters, base::Rng& rng) {
   MatrixXd centers(x.rows(), clusters);
   centers.col(0) = x.col(rng.index(static_cast<int>(x.cols())));
-  RowVectorXd nearest = squared_distances(x, centers.col(0));
+  RowVectorXd nearest = squared_distances_to(x, centers.col(0));
   const int trials = 2 + static_cast<int>(std::log(clusters));
   for (int k = 1; k < clusters; ++k) {
     RowVectorXd best;
     for (int trial = 0; trial < trials; ++trial) {
       const Index sample = draw(nearest, rng);
-      RowVectorXd with = nearest.cwiseMin(squared_distances(x, x.col(sample)));
+      RowVectorXd with = nearest.cwiseMin(squared_distances_to(x, x.col(sample)));
       if (best.size() > 0 && with.sum() >= best.sum()) continue;
       best = std::move(with);
       centers.col(k) = x.col(sample);

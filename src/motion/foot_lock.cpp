@@ -59,7 +59,7 @@ constexpr double kPelvisS = 0.12;
 constexpr double kCutoffHz = 6.5;
 
 /// From 0 at 0 to 1 at 1 with no velocity and no acceleration at either end.
-double smoothstep(double x) {
+double smootherstep(double x) {
   const double t = std::clamp(x, 0.0, 1.0);
   return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
 }
@@ -393,8 +393,8 @@ void clear_swings(Foot& foot, const FootFloor& floor, const Scale& scale) {
     const double quarter = 0.25 * static_cast<double>(to - from);
     for (Index f = from + 1; f < to; ++f) {
       // At the clip's ends too: there the foot may stand on what is not shown.
-      const double rise = smoothstep(static_cast<double>(f - from) / quarter);
-      const double fall = smoothstep(static_cast<double>(to - f) / quarter);
+      const double rise = smootherstep(static_cast<double>(f - from) / quarter);
+      const double fall = smootherstep(static_cast<double>(to - f) / quarter);
       const double height = foot.toe(1, f) + foot.offset(1, f) - floor.toe_m;
       foot.offset(1, f) += std::min(rise, fall) * raise(clearance + kSoftFloorM - height);
     }
@@ -470,7 +470,7 @@ Eigen::RowVectorXd body_shift(const std::array<Foot, 2>& feet, const FootFloor& 
     const double before = shifts[n == 0 ? 0 : n - 1].value_or(0.0);
     for (Index f = borders[n]; f < borders[n + 1]; ++f) {
       const double x = static_cast<double>(f - borders[n]) / (kRampS * scale.rate_hz);
-      shift(f) = before + smoothstep(x) * (shifts[n].value_or(0.0) - before);
+      shift(f) = before + smootherstep(x) * (shifts[n].value_or(0.0) - before);
     }
   }
   return shift;

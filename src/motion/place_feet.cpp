@@ -15,7 +15,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 /// Displacements have nothing above this. Steps and kicks of captures lie below 6 Hz.
-constexpr double kCutoffHz = 8.0;
+constexpr double kMapCutoffHz = 8.0;
 constexpr int kRounds = 3;
 /// Displacements below these are none: metres, radians.
 constexpr double kNegligibleMove = 1e-9;
@@ -149,7 +149,7 @@ Clip place_feet(const Clip& clip, const std::array<LegJoints, 2>& legs,
     const Eigen::MatrixXd map = solve(placed, legs, goals);
     if (map.isZero(0.0)) break;
     Rotations rotations(placed);
-    displace(rotations, legs, math::low_pass(map, clip.frame_rate_hz(), kCutoffHz));
+    displace(rotations, legs, math::low_pass(map, clip.frame_rate_hz(), kMapCutoffHz));
     settle(rotations, clip, legs);
     placed = rotations.on(clip);
   }

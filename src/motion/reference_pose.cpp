@@ -1,9 +1,9 @@
 #include "motion/reference_pose.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 #include "laban/math/rotation.h"
 #include "laban/motion/forward_kinematics.h"
 #include "laban/motion/standard_body.h"
@@ -14,8 +14,6 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using enum StandardJoint;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 int rig_joint(const StandardJointIndices& joints, StandardJoint which) {
   return *joints[static_cast<std::size_t>(index_of(which))];
@@ -137,7 +135,7 @@ Vector3d hinge_axis(const ModelPose& pose, const StandardJointIndices& joints,
   const Vector3d b = bone_direction(pose, joints, table, next(upper)).normalized();
   const Vector3d normal = a.cross(b);
   // Below 10 degrees a bend says more about where joint centres were put than about the hinge.
-  return normal.norm() > std::sin(10.0 * kDegree) ? normal : Vector3d(Vector3d::Zero());
+  return normal.norm() > std::sin(10.0 * math::kDegree) ? normal : Vector3d(Vector3d::Zero());
 }
 
 /// Standard-from-pose rotation of the arm's three joints. Elbows flex the hand forward: about -Y on
@@ -240,7 +238,7 @@ bool begins_with_t_pose(const Clip& clip, const StandardJointIndices& joints) {
   const ModelPose pose = facing_forward(forward_kinematics(clip, 0), joints);
   const auto points = [&](StandardJoint joint, const Vector3d& along) {
     const Vector3d bone = position(pose, joints, next(joint)) - position(pose, joints, joint);
-    return bone.normalized().dot(along) > std::cos(25.0 * kDegree);
+    return bone.normalized().dot(along) > std::cos(25.0 * math::kDegree);
   };
   const Vector3d x = Vector3d::UnitX();
   const Vector3d down = -Vector3d::UnitY();
@@ -251,8 +249,8 @@ bool begins_with_t_pose(const Clip& clip, const StandardJointIndices& joints) {
   if (!stands) return false;
   if (clip.frame_count() == 1) return true;
   for (const std::optional<int>& joint : joints) {
-    if (joint &&
-        math::angle_between(clip.rotation(0, *joint), clip.rotation(1, *joint)) > 10.0 * kDegree) {
+    if (joint && math::angle_between(clip.rotation(0, *joint), clip.rotation(1, *joint)) >
+                     10.0 * math::kDegree) {
       return true;
     }
   }

@@ -7,6 +7,7 @@
 #include "laban/motion/forward_kinematics.h"
 
 #include "motion/clip_sample.h"
+#include "motion/require_fit.h"
 
 namespace laban::motion {
 namespace {
@@ -22,12 +23,8 @@ const MappedJoint& hips_of(const Humanoid& humanoid) {
   return *humanoid.mapped(StandardJoint::kHips);
 }
 
-void require_fit(const Clip& clip, const Humanoid& humanoid, const std::string& place) {
-  if (clip.joint_count() != humanoid.rig_joint_count()) {
-    throw Error(ErrorKind::kUsage, place + ": the clip has " + std::to_string(clip.joint_count()) +
-                                       " joints, the humanoid was made for " +
-                                       std::to_string(humanoid.rig_joint_count()));
-  }
+void require_motion(const Clip& clip, const Humanoid& humanoid, const std::string& place) {
+  require_fit(clip, humanoid, place);
   if (clip.frame_count() <= humanoid.first_motion_frame()) {
     throw Error(ErrorKind::kData, place + ": the clip holds a T-pose frame and no motion");
   }
@@ -216,7 +213,7 @@ void solve_frame(const StandardRotations& R, const HipsPlace& hips, const Humano
 }  // namespace
 
 PoseMatrix to_pose_matrix(const Clip& clip, const Humanoid& humanoid) {
-  require_fit(clip, humanoid, "to_pose_matrix");
+  require_motion(clip, humanoid, "to_pose_matrix");
   const int first = humanoid.first_motion_frame();
   const int frames = clip.frame_count() - first;
   PoseMatrix pose;
@@ -245,7 +242,7 @@ PoseMatrix to_pose_matrix(const Clip& clip, const Humanoid& humanoid) {
 }
 
 PlanarPose planar_start(const Clip& clip, const Humanoid& humanoid) {
-  require_fit(clip, humanoid, "planar_start");
+  require_motion(clip, humanoid, "planar_start");
   const ModelPose model = forward_kinematics(clip, humanoid.first_motion_frame());
   const RootPlace root = root_place(model, standard_rotations(model, humanoid)[0], humanoid);
   return {root.planar.x(), root.planar.y(), root.planar.z()};
@@ -253,7 +250,7 @@ PlanarPose planar_start(const Clip& clip, const Humanoid& humanoid) {
 
 Clip from_pose_matrix(const PoseMatrix& pose, const Humanoid& humanoid, const Clip& source,
                       const RetargetOptions& options) {
-  require_fit(source, humanoid, "from_pose_matrix");
+  require_motion(source, humanoid, "from_pose_matrix");
   const std::vector<FramePosition> positions = source_positions(pose, humanoid, source, options);
   const Eigen::Matrix3Xd path =
       planar_path(pose, options.start ? *options.start : planar_start(source, humanoid));

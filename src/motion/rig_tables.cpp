@@ -2,8 +2,9 @@
 
 #include <cctype>
 #include <cmath>
-#include <numbers>
 #include <tuple>
+
+#include "laban/math/constants.h"
 
 namespace laban::motion {
 namespace {
@@ -11,13 +12,11 @@ namespace {
 using Names = std::vector<std::string>;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 Vector3d about_x(double degrees) {
-  return {degrees * kDegree, 0.0, 0.0};
+  return {degrees * math::kDegree, 0.0, 0.0};
 }
 Vector3d about_z(double degrees) {
-  return {0.0, 0.0, degrees * kDegree};
+  return {0.0, 0.0, degrees * math::kDegree};
 }
 
 /// Names of one side, without the side: "*" stands for it.
@@ -82,7 +81,7 @@ RigTable bandai() {
   const Vector3d y = Vector3d::UnitY();
   const Vector3d z = Vector3d::UnitZ();
   const auto slope = [](double degrees) {
-    return Vector3d(0.0, -std::sin(degrees * kDegree), std::cos(degrees * kDegree));
+    return Vector3d(0.0, -std::sin(degrees * math::kDegree), std::cos(degrees * math::kDegree));
   };
   using enum StandardJoint;
   table.axes.push_back({kHips, x, y, z, z});
@@ -142,7 +141,7 @@ RigTable cmu_43() {
       "r");
   table.signature = {"abdomen", "lbuttock"};
   table.t_pose_frame = true;
-  const Vector3d arm(std::cos(8.0 * kDegree), -std::sin(8.0 * kDegree), 0.0);
+  const Vector3d arm(std::cos(8.0 * math::kDegree), -std::sin(8.0 * math::kDegree), 0.0);
   const Vector3d leg = -Vector3d::UnitY();
   table.limbs = {kCmuUpperArm,
                  kCmuForearm,
@@ -185,7 +184,7 @@ RigTable lafan() {
   for (const StandardJoint joint : {kHips, kSpine, kChest, kNeck, kHead}) {
     table.axes.push_back({joint, x, y, y, z});
   }
-  const Vector3d foot(0.0, -std::sin(25.0 * kDegree), std::cos(25.0 * kDegree));
+  const Vector3d foot(0.0, -std::sin(25.0 * math::kDegree), std::cos(25.0 * math::kDegree));
   const std::array<Vector3d, 4> leg_bones = {-y, -y, foot, z};
   for (const auto& [clavicle, thigh, outward] :
        {std::tuple(kLeftClavicle, kLeftThigh, x),
@@ -358,7 +357,7 @@ RigTable acclaim() {
                   {"lowerneck", about_x(-16.0)},
                   {"upperneck", about_x(21.0)},
                   {"head", about_x(11.0)}};
-  const Vector3d elbow(0.0, -std::cos(30.0 * kDegree), std::sin(30.0 * kDegree));
+  const Vector3d elbow(0.0, -std::cos(30.0 * math::kDegree), std::sin(30.0 * math::kDegree));
   table.limbs = {{StandardJoint::kLeftUpperArm, Vector3d::Zero(), elbow},
                  {StandardJoint::kLeftForearm, Vector3d::Zero(), elbow},
                  kCmuThigh,

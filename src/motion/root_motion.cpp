@@ -1,8 +1,9 @@
 #include "laban/motion/root_motion.h"
 
-#include "laban/base/error.h"
 #include "laban/math/rotation.h"
 #include "laban/motion/forward_kinematics.h"
+
+#include "motion/require_fit.h"
 
 namespace laban::motion {
 namespace {
@@ -23,14 +24,6 @@ GroundPlace ground_place(const Clip& clip, int frame, const Humanoid& humanoid) 
   Vector3d point = pose.positions.col(hips.joint) + model_from_hips * humanoid.root_point();
   point.y() = 0.0;
   return {point, math::heading_of(model_from_hips * hips.reference.conjugate())};
-}
-
-void require_fit(const Clip& clip, const Humanoid& humanoid, const std::string& place) {
-  if (clip.joint_count() == humanoid.rig_joint_count()) return;
-  throw base::Error(base::ErrorKind::kUsage, place + ": the clip has " +
-                                                 std::to_string(clip.joint_count()) +
-                                                 " joints, the humanoid was made for " +
-                                                 std::to_string(humanoid.rig_joint_count()));
 }
 
 /// The skeleton below a new joint at the origin.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "laban/math/constants.h"
+
 namespace laban::motion {
 namespace {
 
@@ -11,14 +13,13 @@ using Eigen::AngleAxisd;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 /// The pelvis is lowered before a knee comes to this bend.
-constexpr double kComfortable = 10.0 * kDegree;
+constexpr double kComfortable = 10.0 * math::kDegree;
 /// What is bent the wrong way by more than this is bent the right way beyond 180 degrees: so do
 /// blends beyond deep squats.
-constexpr double kFarthestBack = -60.0 * kDegree;
+constexpr double kFarthestBack = -60.0 * math::kDegree;
 /// A knee is not bent farther than this.
-constexpr double kMostBent = 150.0 * kDegree;
+constexpr double kMostBent = 150.0 * math::kDegree;
 /// Half of the range of 1 - cos(bend) over which straightening meets its limit: from 4 to about 10
 /// degrees, for which the foot stays a millimetre short on an adult's leg.
 constexpr double kSoftBend = 0.014;
@@ -35,7 +36,7 @@ constexpr double kOnHinge = 0.7;
 constexpr double kFolded = 0.1;
 constexpr double kUnfolded = 0.25;
 /// Knees are mended where they bend less than this.
-constexpr double kMendedBelow = 4.0 * kDegree;
+constexpr double kMendedBelow = 4.0 * math::kDegree;
 /// Mean sine of the knee from which poses show where its hinge is.
 constexpr double kShownSine = 0.1;
 

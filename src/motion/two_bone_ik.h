@@ -1,11 +1,11 @@
 #pragma once
 
-#include <numbers>
 #include <span>
 
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 
+#include "laban/math/constants.h"
 #include "laban/motion/forward_kinematics.h"
 #include "laban/motion/skeleton.h"
 
@@ -33,7 +33,7 @@ struct LegJoints {
                                        const Eigen::Vector3d& move);
 
 /// A knee is not straightened beyond this, radians (of bend: 0 is straight).
-inline constexpr double kStraightestKnee = 4.0 * std::numbers::pi / 180.0;
+inline constexpr double kStraightestKnee = 4.0 * math::kDegree;
 
 /// Bend of the knee about its axis, radians: 0 straight, negative if it bends the wrong way.
 [[nodiscard]] double knee_bend(const ModelPose& pose, const LegJoints& leg);
@@ -61,6 +61,6 @@ void settle_leg(const ModelPose& pose, const Skeleton& skeleton, const LegJoints
                 std::span<Eigen::Quaterniond> local);
 
 /// What settle_leg changes reaches so far above its least bend, radians.
-inline constexpr double kSettleWidth = 2.0 * std::numbers::pi / 180.0;
+inline constexpr double kSettleWidth = 2.0 * math::kDegree;
 
 }  // namespace laban::motion

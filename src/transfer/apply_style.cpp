@@ -13,10 +13,6 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-void throw_problems(const std::vector<std::string>& problems) {
-  if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
-}
-
 std::string known_contents(const StyleModel& model) {
   std::string list;
   for (const std::string& name : model.contents.names) list += (list.empty() ? "" : ", ") + name;
@@ -116,8 +112,8 @@ std::vector<std::string> ApplyOptions::problems() const {
 
 AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const AskedEffort& asked,
                      const ApplyOptions& options) {
-  throw_problems(asked.problems());
-  throw_problems(options.problems());
+  base::require_none(asked.problems());
+  base::require_none(options.problems());
   if (options.strict) require_matches(memory.model(), segmented);
   AppliedStyle applied;
   applied.keeps_timing = options.keep_timing;
@@ -159,8 +155,8 @@ AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
 
 AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,
                          const EffortTarget& target, const ApplyOptions& options) {
-  throw_problems(target.problems());
-  throw_problems(options.problems());
+  base::require_none(target.problems());
+  base::require_none(options.problems());
   return restyle(model, segment_input(model, input, options.segmentation), {target, {}, {}},
                  options);
 }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 #include "laban/math/golden_section.h"
 
 #include "transfer/blend_search.h"
@@ -14,10 +15,6 @@ namespace {
 
 using base::Error;
 using base::ErrorKind;
-
-void throw_problems(const std::vector<std::string>& problems) {
-  if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
-}
 
 void require_known(const StyleModel& model, const EffortTarget& target) {
   const auto known = static_cast<std::size_t>(model.regressor.factor_count());
@@ -246,8 +243,8 @@ std::optional<FoundBlend> find_blend(const StyleModel& model, const Eigen::Matri
 
 BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarget& target,
                          const SearchOptions& options) {
-  throw_problems(target.problems());
-  throw_problems(options.problems());
+  base::require_none(target.problems());
+  base::require_none(options.problems());
   if (fragment < 0 || fragment >= static_cast<int>(model.fragments.size())) {
     throw Error(ErrorKind::kUsage,
                 "search_blend: there is no fragment " + std::to_string(fragment));
@@ -256,12 +253,11 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
   std::vector<int> neighbors = model.neighbors[static_cast<std::size_t>(fragment)];
   neighbors.resize(std::min(neighbors.size(), static_cast<std::size_t>(options.neighbors)));
 
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const int factors = model.regressor.factor_count();
-  Reachable reachable(static_cast<std::size_t>(factors), {kInfinity, -kInfinity});
+  Reachable reachable(static_cast<std::size_t>(factors), {math::kInfinity, -math::kInfinity});
   const BlendCost cost(target, options, model.regressor.factor_count());
   BlendChoice best;
-  double least = kInfinity;
+  double least = math::kInfinity;
   for (const int k : neighbors) {
     const effort::Effort label = *model.fragments[static_cast<std::size_t>(k)].effort;
     const effort::EffortVector e = effort::to_vector(label, factors);

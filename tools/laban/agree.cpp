@@ -18,22 +18,22 @@ struct AgreeVerb {
   effort::AgreementOptions options;
 };
 
-Json to_json(const std::optional<double>& value) {
+Json json_of(const std::optional<double>& value) {
   return value ? Json(*value) : Json();
 }
 
-Json to_json(const std::optional<Interval>& interval) {
+Json json_of(const std::optional<Interval>& interval) {
   return interval ? Json{interval->low, interval->high} : Json();
 }
 
-Json to_json(const effort::IntraclassCorrelation& icc) {
-  return {{"value", to_json(icc.value)},
-          {"interval", to_json(icc.interval)},
+Json json_of(const effort::IntraclassCorrelation& icc) {
+  return {{"value", json_of(icc.value)},
+          {"interval", json_of(icc.interval)},
           {"units", icc.units},
           {"dropped", icc.dropped}};
 }
 
-Json to_json(const AgreeVerb& verb, const AgreementReport& report, const InputRecord& table) {
+Json json_of(const AgreeVerb& verb, const AgreementReport& report, const InputRecord& table) {
   Json json = {{"schema", "laban.agree/1"},
                {"raters", report.raters},
                {"fragments", report.fragments},
@@ -43,10 +43,10 @@ Json to_json(const AgreeVerb& verb, const AgreementReport& report, const InputRe
     json["factors"][factor.factor] = {{"units", factor.alpha.units},
                                       {"values", factor.alpha.values},
                                       {"alpha",
-                                       {{"value", to_json(factor.alpha.alpha)},
-                                        {"interval", to_json(factor.alpha.interval)},
+                                       {{"value", json_of(factor.alpha.alpha)},
+                                        {"interval", json_of(factor.alpha.interval)},
                                         {"resamples", factor.alpha.resamples}}},
-                                      {"icc_2_1", to_json(factor.icc)}};
+                                      {"icc_2_1", json_of(factor.icc)}};
   }
   for (const effort::RepeatAgreement& repeat : report.repeats) {
     json["repeats"].push_back({{"rater", repeat.rater},
@@ -54,7 +54,7 @@ Json to_json(const AgreeVerb& verb, const AgreementReport& report, const InputRe
                                {"units", repeat.units},
                                {"values", repeat.values},
                                {"mean_absolute_difference", repeat.mean_absolute_difference},
-                               {"icc_1_1", to_json(repeat.icc)}});
+                               {"icc_1_1", json_of(repeat.icc)}});
   }
   json["run"] = run_record("agree",
                            {{"bootstrap", verb.options.bootstrap.resamples},
@@ -106,7 +106,7 @@ void run(AgreeVerb& verb) {
   const AgreementReport report =
       naming(verb.labels, [&] { return effort::rater_agreement(table, verb.options); });
   if (verb.common.json) {
-    fmt::print("{}\n", to_json(verb, report, {verb.labels, base::sha256_hex(text)}).dump(2));
+    fmt::print("{}\n", json_of(verb, report, {verb.labels, base::sha256_hex(text)}).dump(2));
   } else {
     print(report);
   }

@@ -120,7 +120,7 @@ draw::ChartPanel make_panel(const PairCurve& pair, const std::vector<double>& al
   return panel;
 }
 
-Json to_json(const PairCurve& pair) {
+Json json_of(const PairCurve& pair) {
   Json json = {{"fragment_i", pair.name_i}, {"fragment_j", pair.name_j}};
   for (const effort::Factor factor : effort::factors_of(pair.mean.rows()))
     json[std::string(effort::name_of(factor))] = row_of(pair.mean, factor);
@@ -176,7 +176,7 @@ void run(const CurveVerb& verb) {
     const PairCurve curve = curve_of(model, pair, alphas);
     has_bands = has_bands || !curve.error.hasNaN();
     chart.panels.push_back(make_panel(curve, alphas));
-    json["pairs"].push_back(to_json(curve));
+    json["pairs"].push_back(json_of(curve));
     text += csv_rows(curve, alphas);
   }
   if (!verb.picture.empty())

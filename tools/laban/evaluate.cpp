@@ -106,7 +106,7 @@ std::string picture(const EvaluateVerb& verb, const effort::EvaluationReport& re
   return draw::bar_chart(table_chart(report), options);
 }
 
-Json to_json(const std::array<transfer::ClosedLoopScore, effort::kFactorCount>& scores) {
+Json json_of(const std::array<transfer::ClosedLoopScore, effort::kFactorCount>& scores) {
   Json json;
   for (const effort::Factor factor : effort::kFactors) {
     const auto& score = scores[static_cast<std::size_t>(effort::index_of(factor))];
@@ -147,8 +147,8 @@ void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
       transfer::closed_loop_scores(transfer::left_out_trials(model, read.corpus, options));
   if (verb.common.json) {
     const Json json = {{"schema", "laban.evaluate.closed-loop/1"},
-                       {"single_factor", to_json(single)},
-                       {"left_out_labels", to_json(left_out)},
+                       {"single_factor", json_of(single)},
+                       {"left_out_labels", json_of(left_out)},
                        {"run", run_record("evaluate",
                                           {{"closed_loop", verb.closed_loop},
                                            {"seed", verb.common.seed},
@@ -184,7 +184,7 @@ void run(EvaluateVerb& verb) {
   if (!verb.plot.empty()) write_bytes(verb.plot, picture(verb, report), verb.common);
   if (verb.common.json) {
     Json json = {{"schema", "laban.evaluate/1"}};
-    json.update(cli::to_json(report));
+    json.update(to_json(report));
     json["run"] = record_of(verb, report, read);
     fmt::print("{}\n", json.dump(2));
   } else if (verb.csv != "-" && verb.runs_csv != "-") {

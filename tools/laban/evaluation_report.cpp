@@ -17,45 +17,41 @@ using effort::ModelScore;
 using effort::PairedDifference;
 using effort::RegressorKind;
 
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 /// Empty for what cannot be told.
 std::string field(double value) {
   return std::isfinite(value) ? base::format_number(value) : "";
 }
 
-Json to_json(const effort::Estimate& value) {
-  return {{"mean", number(value.mean)},
-          {"standard_error", number(value.standard_error)},
-          {"corrected_standard_error", number(value.corrected_standard_error)},
+Json json_of(const effort::Estimate& value) {
+  return {{"mean", finite_or_null(value.mean)},
+          {"standard_error", finite_or_null(value.standard_error)},
+          {"corrected_standard_error", finite_or_null(value.corrected_standard_error)},
           {"degrees_of_freedom", value.degrees_of_freedom},
-          {"low", number(value.low)},
-          {"high", number(value.high)}};
+          {"low", finite_or_null(value.low)},
+          {"high", finite_or_null(value.high)}};
 }
 
-Json to_json(const PairedDifference& paired) {
+Json json_of(const PairedDifference& paired) {
   return {{"model", effort::name_of(paired.model)},
           {"against", effort::name_of(paired.against)},
-          {"difference", to_json(paired.difference)},
+          {"difference", json_of(paired.difference)},
           {"verdict", effort::name_of(paired.difference.verdict())}};
 }
 
-Json to_json(const FactorReport& factor) {
+Json json_of(const FactorReport& factor) {
   Json json = {{"label_variance", factor.label_variance}, {"models", Json::object()}};
   for (const ModelScore& score : factor.models) {
     json["models"][std::string(effort::name_of(score.kind))] = {
-        {"mean_squared_error", to_json(score.error)},
-        {"ratio_to_linear_interpolation", number(score.ratio_to_interpolation)},
+        {"mean_squared_error", json_of(score.error)},
+        {"ratio_to_linear_interpolation", finite_or_null(score.ratio_to_interpolation)},
         {"paper", score.paper ? Json(*score.paper) : Json()}};
   }
   json["differences"] = Json::array();
   for (const PairedDifference& paired : factor.differences)
-    json["differences"].push_back(to_json(paired));
+    json["differences"].push_back(json_of(paired));
   if (const auto& best = factor.fifth_against_best) {
     json["fifth_against_best"] = {{"against", effort::name_of(best->against)},
-                                  {"difference", to_json(best->difference)}};
+                                  {"difference", json_of(best->difference)}};
   }
   if (const auto standing = factor.fifth_standing()) {
     json["fifth_standing"] = {{"below_linear_interpolation", standing->below_interpolation},
@@ -64,7 +60,7 @@ Json to_json(const FactorReport& factor) {
   return json;
 }
 
-Json to_json(const EvaluationRun& run) {
+Json json_of(const EvaluationRun& run) {
   return {{"held_out", run.held_out}, {"train", run.train}, {"test", run.test}};
 }
 
@@ -164,16 +160,16 @@ Json to_json(const EvaluationReport& report) {
   if (report.blends) {
     json["tested_blends"] = report.blends->columns.size();
     json["held_out"] = Json::array();
-    for (const EvaluationRun& run : report.run_list) json["held_out"].push_back(to_json(run));
+    for (const EvaluationRun& run : report.run_list) json["held_out"].push_back(json_of(run));
   }
   json["skipped"] = Json::array();
   for (const effort::SkippedRun& skipped : report.skipped) {
-    Json entry = to_json(skipped.run);
+    Json entry = json_of(skipped.run);
     entry["reason"] = skipped.reason;
     json["skipped"].push_back(entry);
   }
   for (const FactorReport& factor : report.factors)
-    json["factors"][std::string(effort::name_of(factor.factor))] = to_json(factor);
+    json["factors"][std::string(effort::name_of(factor.factor))] = json_of(factor);
   return json;
 }
 

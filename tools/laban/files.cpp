@@ -8,13 +8,13 @@
 #include <iostream>
 #include <iterator>
 #include <map>
-#include <numbers>
 
 #include <fmt/core.h>
 
 #include "laban/base/error.h"
 #include "laban/base/sha256.h"
 #include "laban/base/version.h"
+#include "laban/math/constants.h"
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
 
@@ -142,6 +142,10 @@ int factors_of(const effort::LabelTable& labels, const std::string& path, const 
 }
 
 }  // namespace
+
+Json finite_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
 
 motion::PoseMatrix CapturedClip::pose(std::optional<double> frame_rate_hz) const {
   return motion::to_pose_matrix(
@@ -316,8 +320,7 @@ void write_clip(const std::string& path, const motion::Clip& clip, const Common&
     io::GlbWriteOptions glb{.bone_mesh = !options.no_mesh};
     if (options.is_compact()) glb.compact.emplace();
     if (options.compact_tolerance_deg) {
-      glb.compact->rotation_tolerance_rad =
-          *options.compact_tolerance_deg * std::numbers::pi / 180.0;
+      glb.compact->rotation_tolerance_rad = *options.compact_tolerance_deg * math::kDegree;
     }
     const bool keeps_character = source.asset && !options.no_mesh;
     // Among a character's other animations the new one needs a name of its own.

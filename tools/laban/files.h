@@ -22,6 +22,9 @@ namespace laban::cli {
 
 using Json = nlohmann::ordered_json;
 
+/// The number, or null where there is none to tell (infinite or not a number).
+[[nodiscard]] Json finite_or_null(double value);
+
 /// Runs `work`; an error that does not name the file yet gets its name in front.
 template <typename Work>
 auto naming(const std::string& path, const Work& work) {

@@ -5,18 +5,10 @@
 #include <fmt/core.h>
 
 namespace laban::cli {
-namespace {
-
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
-}  // namespace
-
 Json to_json(const effort::Effort& effort, std::span<const effort::Factor> factors) {
   Json json;
   for (const effort::Factor factor : factors)
-    json[std::string(effort::name_of(factor))] = number(effort[factor]);
+    json[std::string(effort::name_of(factor))] = finite_or_null(effort[factor]);
   return json;
 }
 
@@ -42,7 +34,7 @@ Json to_json(const transfer::AppliedSnippet& snippet,
                {"content", snippet.kept ? Json() : Json(snippet.content)},
                {"nearest_fragment", name(snippet.fragment)},
                {"match_cost", snippet.match_cost},
-               {"match_threshold", number(snippet.match_threshold)},
+               {"match_threshold", finite_or_null(snippet.match_threshold)},
                {"kept_as_captured", snippet.kept},
                {"asked", to_json(snippet.asked, model.factors())}};
   if (!snippet.kept) {
@@ -105,16 +97,16 @@ std::string to_text(const transfer::AppliedSnippet& snippet,
 }
 
 Json to_json(const transfer::StyledQuality& quality) {
-  return {{"foot_skate_cm_per_frame", number(quality.output.foot_skate_cm)},
-          {"foot_skate_sources", number(quality.source_skate_cm)},
-          {"toe_height_2nd_percentile_m", number(quality.output.toe_height_m)},
-          {"toe_height_sources_m", number(quality.source_toe_height_m)},
-          {"jerk_rms_m_s3", number(quality.output.jerk_m_s3)},
-          {"jerk_sources_m_s3", number(quality.source_jerk_m_s3)},
-          {"spectral_arc_length", number(quality.output.spectral_arc_length)},
-          {"spectral_arc_length_sources", number(quality.source_spectral_arc_length)},
+  return {{"foot_skate_cm_per_frame", finite_or_null(quality.output.foot_skate_cm)},
+          {"foot_skate_sources", finite_or_null(quality.source_skate_cm)},
+          {"toe_height_2nd_percentile_m", finite_or_null(quality.output.toe_height_m)},
+          {"toe_height_sources_m", finite_or_null(quality.source_toe_height_m)},
+          {"jerk_rms_m_s3", finite_or_null(quality.output.jerk_m_s3)},
+          {"jerk_sources_m_s3", finite_or_null(quality.source_jerk_m_s3)},
+          {"spectral_arc_length", finite_or_null(quality.output.spectral_arc_length)},
+          {"spectral_arc_length_sources", finite_or_null(quality.source_spectral_arc_length)},
           {"join_acceleration_percentile",
-           quality.join_percentile ? number(*quality.join_percentile) : Json()}};
+           quality.join_percentile ? finite_or_null(*quality.join_percentile) : Json()}};
 }
 
 std::string to_text(const transfer::StyledQuality& quality) {

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace laban::base {
 
@@ -25,6 +26,9 @@ class Error : public std::runtime_error {
  private:
   ErrorKind kind_;
 };
+
+/// Throws Error{kUsage} with the first of the rules that options break, if they break any.
+void require_none(const std::vector<std::string>& problems);
 
 /// Throws Error{kInternal}: a broken promise of our own, reported as a bug.
 [[noreturn]] void check_failed(const char* condition, const char* file, int line);

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "laban/math/constants.h"
 #include "laban/motion/clip.h"
 
 namespace laban::io {
@@ -13,7 +13,7 @@ namespace laban::io {
 struct GlbCompactOptions {
   /// Greatest angle between a joint's local rotation, decoded and interpolated, and the clip's at
   /// any frame; > 0, radians. Default: 0.1 degrees.
-  double rotation_tolerance_rad = 0.1 * std::numbers::pi / 180.0;
+  double rotation_tolerance_rad = 0.1 * math::kDegree;
   /// Greatest distance of the same kind, of positions within the parent, > 0, metres.
   double translation_tolerance_m = 5e-4;
 
