@@ -1,0 +1,292 @@
+#include "laban/texture/texture_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <utility>
+
+#include "laban/base/error.h"
+#include "laban/motion/foot_lock_stream.h"
+#include "laban/motion/retarget.h"
+#include "laban/texture/texton_path.h"
+#include "laban/texture/texton_synthesis.h"
+
+namespace laban::texture {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+using Eigen::MatrixXd;
+
+constexpr int kFewestFrames = 5;
+constexpr double kRampS = 0.5;
+
+void check(const TextureMotionOptions& options) {
+  const auto problems = options.problems();
+  if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
+}
+
+const Texton& texton_at(const MotionTexture& texture, int texton) {
+  return texture.textons[static_cast<std::size_t>(texton)];
+}
+
+const Segment& segment_at(const MotionTexture& texture, int segment) {
+  return texture.segments[static_cast<std::size_t>(segment)];
+}
+
+/// The first two frames of a segment as its texton shows them.
+MatrixXd start_of(const MotionTexture& texture, int segment) {
+  const Segment& s = segment_at(texture, segment);
+  return reproject(texton_at(texture, s.texton), texture.observations.middleCols(s.begin, 2));
+}
+
+MatrixXd end_of(const MotionTexture& texture, int segment) {
+  const Segment& s = segment_at(texture, segment);
+  return reproject(texton_at(texture, s.texton),
+                   texture.observations.middleCols(s.begin + s.length - 2, 2));
+}
+
+/// Motion of one texton after the other, each beginning where the one before ends.
+class TextonSequence {
+ public:
+  TextonSequence(const MotionTexture& texture, const TextureMotionOptions& options, MatrixXd start)
+      : noise_level_(options.noise_level),
+        synthesizer_(texture.textons,
+                     std::max(2, static_cast<int>(std::lround(kRampS * texture.frame_rate_hz)))),
+        dimensions_(dimensions_of(texture)),
+        rng_(base::Rng::for_stream(options.seed, 1)),
+        start_(std::move(start)) {}
+
+  /// The texton's frames from where the one before ended; after them comes `next`, d x 2.
+  MatrixXd until(int texton, int length, const MatrixXd& next) {
+    MatrixXd y = draw(texton, std::max(length, kFewestFrames) + 2, next);
+    start_ = next;
+    return y.leftCols(y.cols() - 2);
+  }
+  /// The last texton: its last two frames are `end`.
+  MatrixXd last(int texton, int length, const MatrixXd& end) {
+    return draw(texton, std::max(length, kFewestFrames), end);
+  }
+
+ private:
+  static std::vector<int> dimensions_of(const MotionTexture& texture) {
+    std::vector<int> dimensions;
+    for (const Texton& texton : texture.textons) dimensions.push_back(texton.dimension());
+    return dimensions;
+  }
+
+  MatrixXd draw(int texton, int length, const MatrixXd& end) {
+    const std::vector<PinnedFrame> pins{
+        {0, start_.col(0)}, {1, start_.col(1)}, {length - 2, end.col(0)}, {length - 1, end.col(1)}};
+    const int m = dimensions_[static_cast<std::size_t>(texton)];
+    return synthesizer_.synthesize(texton, length, pins,
+                                   draw_noise(m, length - 2, noise_level_, rng_));
+  }
+
+  double noise_level_;
+  TextonSynthesizer synthesizer_;
+  std::vector<int> dimensions_;
+  base::Rng rng_;
+  MatrixXd start_;
+};
+
+/// Observations that come in pieces, on the rig: each piece's root goes on from the last.
+class RigPlayer {
+ public:
+  explicit RigPlayer(const MotionTexture& texture) : texture_(texture) {}
+
+  motion::Clip play(const Eigen::Ref<const MatrixXd>& observations) {
+    const motion::PoseMatrix pose =
+        poses_of(texture_.space, observations, texture_.frame_rate_hz, texture_.leg_length_m);
+    motion::RetargetOptions options;
+    if (begun_) step(pose.steps.col(0));
+    begun_ = true;
+    options.start = place_;
+    const Eigen::Matrix3Xd path = motion::planar_path(pose, place_);
+    const Eigen::Index last = path.cols() - 1;
+    place_ = {path(0, last), path(1, last), path(2, last)};
+    return motion::from_pose_matrix(pose, texture_.rig.humanoid, texture_.rig.stance, options);
+  }
+
+ private:
+  void step(const Eigen::Vector3d& step) {
+    const double c = std::cos(place_.yaw);
+    const double s = std::sin(place_.yaw);
+    place_.x += c * step[0] + s * step[1];
+    place_.z += -s * step[0] + c * step[1];
+    place_.yaw += step[2];
+  }
+
+  const MotionTexture& texture_;
+  motion::PlanarPose place_;
+  bool begun_ = false;
+};
+
+}  // namespace
+
+std::vector<std::string> TextureMotionOptions::problems() const {
+  if (noise_level >= 0.0 && noise_level <= 10.0) return {};
+  return {"TextureMotionOptions::noise_level = " + std::to_string(noise_level) +
+          " (must be from 0 to 10)"};
+}
+
+class TextureMotion::Impl {
+ public:
+  Impl(const MotionTexture& texture, const TextureMotionOptions& options)
+      : texture_(texture),
+        walk_((check(options), texture), options.first, base::Rng::for_stream(options.seed, 0)),
+        sequence_(texture, options, start_of(texture, walk_.any_segment())),
+        player_(texture) {
+    const auto& rig = texture.rig;
+    if (options.hold_feet && rig.floor) feet_.emplace(rig.humanoid, *rig.floor);
+  }
+
+  TextureClip next(int frame_count) {
+    if (frame_count < 1) throw Error(ErrorKind::kUsage, "ask for at least one frame");
+    while (ready() < frame_count) make_texton();
+    TextureClip made{take(frame_count), {}};
+    given_ += frame_count;
+    for (const TextonPart& part : parts_) {
+      if (part.begin < given_) made.parts.push_back(part);
+    }
+    while (!parts_.empty() && parts_.front().end <= given_) parts_.pop_front();
+    return made;
+  }
+
+ private:
+  [[nodiscard]] int ready() const {
+    if (feet_) return feet_->ready();
+    return plain_ ? plain_->frame_count() : 0;
+  }
+
+  void make_texton() {
+    const int texton = walk_.texton();
+    const TextonChange change = walk_.next();
+    const MatrixXd y = sequence_.until(texton, segment_at(texture_, change.leaving).length,
+                                       start_of(texture_, change.entering));
+    parts_.push_back({texton, made_, made_ + y.cols(), change.jump});
+    made_ += y.cols();
+    motion::Clip clip = player_.play(y);
+    if (feet_) {
+      feet_->push(clip);
+    } else {
+      plain_ = plain_ ? appended(*plain_, clip) : std::move(clip);
+    }
+  }
+
+  motion::Clip take(int count) {
+    if (feet_) return feet_->take(count);
+    motion::Clip taken = plain_->slice(0, count);
+    if (count == plain_->frame_count()) {
+      plain_.reset();
+    } else {
+      plain_ = plain_->slice(count, plain_->frame_count());
+    }
+    return taken;
+  }
+
+  static motion::Clip appended(const motion::Clip& a, const motion::Clip& b) {
+    const Eigen::Index frames = a.frame_count() + b.frame_count();
+    Eigen::Matrix3Xd roots(3, frames);
+    roots << a.root_positions(), b.root_positions();
+    std::vector<Eigen::Quaterniond> rotations;
+    Eigen::Matrix3Xd translations;
+    if (a.has_translations()) translations.resize(3, frames * a.joint_count());
+    Eigen::Index column = 0;
+    for (const motion::Clip* clip : {&a, &b}) {
+      for (int f = 0; f < clip->frame_count(); ++f) {
+        const auto one = clip->rotations(f);
+        rotations.insert(rotations.end(), one.begin(), one.end());
+        for (int j = 0; a.has_translations() && j < clip->joint_count(); ++j) {
+          translations.col(column++) = clip->translation(f, j);
+        }
+      }
+    }
+    return {a.shared_skeleton(), a.frame_rate_hz(), std::move(roots), std::move(rotations),
+            std::move(translations)};
+  }
+
+  const MotionTexture& texture_;
+  TextonWalk walk_;
+  TextonSequence sequence_;
+  RigPlayer player_;
+  std::optional<motion::FootLockStream> feet_;
+  std::optional<motion::Clip> plain_;  // frames made and not given, if no feet are held
+  std::deque<TextonPart> parts_;
+  std::int64_t made_ = 0;
+  std::int64_t given_ = 0;
+};
+
+TextureMotion::TextureMotion(const MotionTexture& texture, const TextureMotionOptions& options)
+    : impl_(std::make_unique<Impl>(texture, options)) {}
+TextureMotion::TextureMotion(TextureMotion&&) noexcept = default;
+TextureMotion& TextureMotion::operator=(TextureMotion&&) noexcept = default;
+TextureMotion::~TextureMotion() = default;
+
+TextureClip TextureMotion::next(int frame_count) {
+  return impl_->next(frame_count);
+}
+
+PathMotion synthesize_path(const MotionTexture& texture, std::span<const PlannedTexton> path,
+                           const PathEnds& ends, const TextureMotionOptions& options) {
+  check(options);
+  if (path.empty()) throw Error(ErrorKind::kUsage, "a path needs at least one texton");
+  for (const PlannedTexton& planned : path) {
+    if (planned.length && *planned.length < kFewestFrames) {
+      throw Error(ErrorKind::kUsage, "a texton of " + std::to_string(*planned.length) +
+                                         " frames (must be >= " + std::to_string(kFewestFrames) +
+                                         ")");
+    }
+  }
+  for (const auto* end : {&ends.from, &ends.to}) {
+    if (*end && ((*end)->rows() != texture.observations.rows() || (*end)->cols() != 2)) {
+      throw Error(ErrorKind::kUsage, "an end of a path is two frames of " +
+                                         std::to_string(texture.observations.rows()) + " numbers");
+    }
+  }
+  TextonWalk walk(texture, path.front().texton, base::Rng::for_stream(options.seed, 0));
+  const int first = walk.any_segment();
+  TextonSequence sequence(texture, options, ends.from ? *ends.from : start_of(texture, first));
+  PathMotion made;
+  std::vector<MatrixXd> pieces;
+  std::int64_t frames = 0;
+  for (std::size_t n = 0; n < path.size(); ++n) {
+    const int texton = path[n].texton;
+    bool jump = false;
+    if (n + 1 < path.size()) {
+      const TextonChange change = walk.go_to(path[n + 1].texton);
+      jump = change.jump;
+      pieces.push_back(sequence.until(
+          texton, path[n].length.value_or(segment_at(texture, change.leaving).length),
+          start_of(texture, change.entering)));
+    } else {
+      const int last = walk.any_segment();
+      pieces.push_back(sequence.last(texton,
+                                     path[n].length.value_or(segment_at(texture, last).length),
+                                     ends.to ? *ends.to : end_of(texture, last)));
+    }
+    made.parts.push_back({texton, frames, frames + pieces.back().cols(), jump});
+    frames = made.parts.back().end;
+  }
+  made.observations.resize(texture.observations.rows(), frames);
+  for (std::size_t n = 0; n < pieces.size(); ++n) {
+    made.observations.middleCols(made.parts[n].begin, pieces[n].cols()) = pieces[n];
+  }
+  return made;
+}
+
+motion::Clip play_observations(const MotionTexture& texture,
+                               const Eigen::Ref<const MatrixXd>& observations, bool hold_feet) {
+  if (observations.cols() < 1 || observations.rows() != texture.observations.rows()) {
+    throw Error(ErrorKind::kUsage, "observations to play must be at least one frame of " +
+                                       std::to_string(texture.observations.rows()) + " numbers");
+  }
+  motion::Clip clip = RigPlayer(texture).play(observations);
+  if (!hold_feet || !texture.rig.floor) return clip;
+  motion::FootLockStream feet(texture.rig.humanoid, *texture.rig.floor);
+  feet.push(clip);
+  feet.finish();
+  return feet.take(feet.ready());
+}
+
+}  // namespace laban::texture
