@@ -111,14 +111,22 @@ void ConstrainedStates::factorize(const std::vector<bool>& is_known) {
   }
 }
 
-/// x += the correction of its unknown columns that makes the rows least squares.
-void ConstrainedStates::step(MatrixXd& x, const Ref<const MatrixXd>& noise) const {
+/// What is left of each whitened row, m x (length - 2).
+MatrixXd ConstrainedStates::rows_left(const Ref<const MatrixXd>& x,
+                                      const Ref<const MatrixXd>& noise) const {
   const Eigen::Index rows = length_ - 2;
   MatrixXd r = noise.cols() > 0 ? MatrixXd(noise) : MatrixXd::Zero(dimension(), rows);
   r.colwise() += whitened_offset_;
   r.noalias() -= next_.triangularView<Eigen::Lower>() * x.rightCols(rows);
   r.noalias() -= now_ * x.middleCols(1, rows);
   r.noalias() -= before_ * x.leftCols(rows);
+  return r;
+}
+
+/// x += the correction of its unknown columns that makes the rows least squares.
+void ConstrainedStates::step(MatrixXd& x, const Ref<const MatrixXd>& noise) const {
+  const Eigen::Index rows = length_ - 2;
+  const MatrixXd r = rows_left(x, noise);
   MatrixXd g = MatrixXd::Zero(dimension(), length_);
   g.rightCols(rows).noalias() += next_.transpose().triangularView<Eigen::Upper>() * r;
   g.middleCols(1, rows).noalias() += now_.transpose() * r;
@@ -155,6 +163,21 @@ MatrixXd ConstrainedStates::solve(const Ref<const MatrixXd>& states,
   step(x, noise);
   step(x, noise);
   return x;
+}
+
+// The rows' joint density, integrated over the unknown frames: a normal density of their least
+// squares, times (2 pi)^(unknown / 2) |A'A|^(-1/2).
+double ConstrainedStates::log_density(const Ref<const MatrixXd>& likeliest) const {
+  constexpr double kLogTwoPi = 1.8378770664093453;
+  const double squares = rows_left(likeliest, MatrixXd()).squaredNorm();
+  double log_determinant = 0.0;
+  for (int s = first_; s <= last_; ++s) {
+    log_determinant += 2.0 * block(s, 0).diagonal().array().log().sum();
+  }
+  const double rows = length_ - 2;
+  const auto given = static_cast<double>(known_.size() - 2);
+  return -0.5 * (squares + log_determinant + given * dimension() * kLogTwoPi) +
+         rows * next_.diagonal().array().log().sum();
 }
 
 MatrixXd innovations(const LinearDynamics& dynamics, const Ref<const MatrixXd>& states) {

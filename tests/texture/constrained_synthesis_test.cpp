@@ -144,6 +144,37 @@ TEST(ConstrainedStates, RunTheSystemForwardsWhereOnlyItsStartIsKnown) {
   }
 }
 
+// Oracle: the normal density of the ends, propagated frame by frame from the start.
+TEST(ConstrainedStates, TellHowLikelyTheSystemIsToComeToItsEnds) {
+  base::Rng rng(10);
+  const int m = 3;
+  const LinearDynamics dynamics = known_dynamics(m, rng);
+  const MatrixXd states = draw_noise(m, 9, 1.0, rng);
+  VectorXd mean(2 * m);
+  mean << states.col(0), states.col(1);
+  MatrixXd covariance = MatrixXd::Zero(2 * m, 2 * m);
+  MatrixXd forwards = MatrixXd::Zero(2 * m, 2 * m);
+  forwards.topRightCorner(m, m).setIdentity();
+  forwards.bottomLeftCorner(m, m) = dynamics.a2;
+  forwards.bottomRightCorner(m, m) = dynamics.a1;
+  for (int t = 2; t < 9; ++t) {
+    mean = forwards * mean;
+    mean.tail(m) += dynamics.offset;
+    covariance = forwards * covariance * forwards.transpose();
+    covariance.bottomRightCorner(m, m) += dynamics.covariance;
+  }
+  VectorXd away(2 * m);
+  away << states.col(7), states.col(8);
+  away -= mean;
+  const Eigen::LLT<MatrixXd> factor(covariance);
+  const double expected =
+      -0.5 * (factor.matrixL().solve(away).squaredNorm() + 2.0 * m * 1.8378770664093453) -
+      factor.matrixLLT().diagonal().array().log().sum();
+  const ConstrainedStates system(dynamics, 9, ends(9));
+  EXPECT_NEAR(system.log_density(system.solve(states, kNoNoise)), expected,
+              1e-9 * std::abs(expected));
+}
+
 TEST(ConstrainedStates, AreWhatTheyWereUnderTheirOwnInnovations) {
   base::Rng rng(7);
   const LinearDynamics dynamics = known_dynamics(5, rng);

@@ -41,6 +41,10 @@ class ConstrainedStates {
   [[nodiscard]] Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd>& states,
                                       const Eigen::Ref<const Eigen::MatrixXd>& noise) const;
 
+  /// Log density of the known frames after the first two given the first two: how likely the system
+  /// is to come from the one to the others. `likeliest` is solve() of them without noise.
+  [[nodiscard]] double log_density(const Eigen::Ref<const Eigen::MatrixXd>& likeliest) const;
+
  private:
   [[nodiscard]] auto block(int frame, int below) {
     return factor_.middleCols((3 * frame + below) * dimension(), dimension());
@@ -49,6 +53,8 @@ class ConstrainedStates {
     return factor_.middleCols((3 * frame + below) * dimension(), dimension());
   }
   void factorize(const std::vector<bool>& is_known);
+  [[nodiscard]] Eigen::MatrixXd rows_left(const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                          const Eigen::Ref<const Eigen::MatrixXd>& noise) const;
   void step(Eigen::MatrixXd& x, const Eigen::Ref<const Eigen::MatrixXd>& noise) const;
 
   int length_;
