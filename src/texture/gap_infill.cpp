@@ -73,11 +73,24 @@ Eigen::Matrix3Xd closed(const Eigen::Matrix3Xd& steps, const Eigen::Vector3d& wa
   return motion::planar_steps(path).rightCols(last);
 }
 
+Texton texton_of_all(const MotionTexture& texture) {
+  std::vector<Segment> takes;
+  for (const Take& take : texture.takes) {
+    if (take.length >= 3) takes.push_back({take.begin, take.length, 0});
+  }
+  TextonFit fit;
+  fit.max_dimension = kObservationRows;
+  fit.explained_share = 0.9999;
+  fit.ridge = 1e-6;
+  return fit_texton(texture.observations, takes, fit);
+}
+
 }  // namespace
 
 GapInfill::GapInfill(const MotionTexture& texture, const GapInfillOptions& options)
-    : texture_(texture), options_(options) {
-  for (const Texton& texton : texture.textons) likelihoods_.emplace_back(texton);
+    : options_(options), step_scale_(texture.space.scale.tail<3>()), textons_(texture.textons) {
+  if (options.texton_of_all) textons_.push_back(texton_of_all(texture));
+  for (const Texton& texton : textons_) likelihoods_.emplace_back(texton);
 }
 
 MatrixXd GapInfill::fill(const Ref<const MatrixXd>& y, int begin, int end,
@@ -113,7 +126,7 @@ MatrixXd GapInfill::fill(const Ref<const MatrixXd>& y, int begin, int end,
   std::vector<Bridge> bridges;
   VectorXd score(std::ssize(order));
   for (std::size_t n = 0; n < order.size(); ++n) {
-    bridges.push_back(bridge(texture_.textons[static_cast<std::size_t>(order[n])], ends, gap));
+    bridges.push_back(bridge(textons_[static_cast<std::size_t>(order[n])], ends, gap));
     score[static_cast<Index>(n)] = context[order[n]] + bridges.back().log_density;
   }
   const VectorXd weights = ((score.array() - score.maxCoeff()) / options_.temperature).exp();
@@ -124,7 +137,7 @@ MatrixXd GapInfill::fill(const Ref<const MatrixXd>& y, int begin, int end,
   MatrixXd result = y;
   result.middleCols(begin, gap) = filled;
   result.col(end).tail<3>() = right.col(0).tail<3>();
-  const Eigen::Vector3d scale = texture_.space.scale.tail<3>();
+  const Eigen::Vector3d scale = step_scale_;
   auto steps = result.block(kStepRow, begin, 3, gap + 1);
   steps = scale.asDiagonal() * closed(scale.cwiseInverse().asDiagonal() * MatrixXd(steps), way);
   return result;

@@ -163,24 +163,11 @@ void compare(const texture::MotionTexture& texture, const texture::GapInfill& in
   linear.add(truth, interpolated(truth, begin, end), begin, end);
 }
 
-int study(const std::vector<std::string>& arguments) {
-  const std::vector<studies::Take> takes = studies::read_takes(arguments[0], "{content}_{take}");
-  const std::vector<std::string> held_out = studies::split(arguments[1]);
-  const texture::MotionTexture texture =
-      learnt_or_read(takes, held_out, arguments[2], arguments.size() > 3 ? arguments[3] : "");
-  std::vector<std::pair<std::string, MatrixXd>> unseen;
-  for (const studies::Take& take : takes) {
-    if (std::find(held_out.begin(), held_out.end(), take.name) == held_out.end()) continue;
-    const motion::Clip clip = motion::resample(take.capture.clip, kRateHz);
-    unseen.emplace_back(
-        take.name,
-        texture::observe(texture.space, motion::to_pose_matrix(clip, take.capture.humanoid)));
-  }
-  std::printf("one step, rms of an observation row:\n");
-  for (const auto& [name, y] : unseen) one_step(texture, name, y);
-  texture::GapInfillOptions options;
+using NamedObservations = std::vector<std::pair<std::string, MatrixXd>>;
+
+void fill_gaps(const texture::MotionTexture& texture, const NamedObservations& unseen,
+               const texture::GapInfillOptions& options) {
   const texture::GapInfill infill(texture, options);
-  std::printf("gaps, all held-out takes, textons beside linear interpolation and slerp:\n");
   for (const int gap : {5, 15, 30, 45}) {
     Errors ours;
     Errors linear;
@@ -205,6 +192,27 @@ int study(const std::vector<std::string>& arguments) {
                 takes_below.c_str());
     std::fflush(stdout);
   }
+}
+
+int study(const std::vector<std::string>& arguments) {
+  const std::vector<studies::Take> takes = studies::read_takes(arguments[0], "{content}_{take}");
+  const std::vector<std::string> held_out = studies::split(arguments[1]);
+  const texture::MotionTexture texture =
+      learnt_or_read(takes, held_out, arguments[2], arguments.size() > 3 ? arguments[3] : "");
+  NamedObservations unseen;
+  for (const studies::Take& take : takes) {
+    if (std::find(held_out.begin(), held_out.end(), take.name) == held_out.end()) continue;
+    const motion::Clip clip = motion::resample(take.capture.clip, kRateHz);
+    unseen.emplace_back(
+        take.name,
+        texture::observe(texture.space, motion::to_pose_matrix(clip, take.capture.humanoid)));
+  }
+  std::printf("one step, rms of an observation row:\n");
+  for (const auto& [name, y] : unseen) one_step(texture, name, y);
+  std::printf("gaps, all held-out takes, textons beside linear interpolation and slerp:\n");
+  fill_gaps(texture, unseen, {});
+  std::printf("the same without the texton of all takes:\n");
+  fill_gaps(texture, unseen, {.texton_of_all = false});
   return 0;
 }
 

@@ -17,18 +17,21 @@ struct GapInfillOptions {
   /// Log-likelihoods are divided by this before they become probabilities: frames of motion are far
   /// from independent, and textons surer of themselves than they are right.
   double temperature = 100.0;
+  /// Whether one texton of all takes is among those weighed.
+  bool texton_of_all = true;
 };
 
 /// Fills gaps of motion by what a texture knows: the likeliest motion of textons between the two
 /// frames before the gap and the two after it.
 ///
-/// Textons are chosen by how likely they make the frames on both sides, and the way from the one to
-/// the other: log p(frames before) + log p(frames after) + log p(two frames after | two before),
-/// all exact. What lies outside a texton's basis is carried over the gap linearly, and the root
-/// path's closing error is spread over it.
+/// Textons are weighed by how likely they make the frames on both sides, and the way from the one
+/// to the other: log p(frames before) + log p(frames after) + log p(two frames after | two before),
+/// all exact. Among them is one of all the texture's takes together, in nearly all of their
+/// dimensions: it knows of any motion how it goes on for a moment, where no other texton fits. What
+/// lies outside a texton's basis is carried over the gap linearly, and the root path's closing
+/// error is spread over it.
 class GapInfill {
  public:
-  /// @param texture  must outlive this.
   explicit GapInfill(const MotionTexture& texture, const GapInfillOptions& options = {});
 
   /// @param y    d x F, of which frames [begin, end) and the step to frame `end`, which begins in
@@ -43,8 +46,9 @@ class GapInfill {
                                      const Eigen::Vector3d& way) const;
 
  private:
-  const MotionTexture& texture_;
   GapInfillOptions options_;
+  Eigen::VectorXd step_scale_;
+  std::vector<Texton> textons_;
   std::vector<TextonLikelihood> likelihoods_;
 };
 
