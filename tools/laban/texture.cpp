@@ -9,6 +9,8 @@
 #include "laban/draw/chart_page.h"
 #include "laban/texture/texture_file.h"
 
+#include "texture_play.h"
+
 namespace laban::cli {
 namespace {
 
@@ -245,11 +247,19 @@ void add_texture(CLI::App& app) {
       app, "texture", "Learn a motion texture from hours of capture: textons and what follows what",
       "laban texture learn dance/*.bvh --rate 60 --threshold auto -o dance.texture\n"
       "  laban texture inspect dance.texture --picture transitions.png\n"
-      "  laban texture fragments dance.texture --labels fragments.csv");
+      "  laban texture fragments dance.texture --labels fragments.csv\n"
+      "  laban texture synthesize dance.texture --seconds 60 -o new.bvh\n"
+      "  laban texture synthesize dance.texture --from clip.bvh:0 --to clip.bvh:900 --frames 320 -o "
+      "choreo.bvh\n"
+      "  laban texture path dance.texture 12 57 --length 6\n"
+      "  laban texture edit dance.texture --texton 12 --pin 40:pose.bvh:0 -o edited.bvh");
   verb->require_subcommand(1);
   add_texture_learn(verb);
   add_texture_inspect(verb);
   add_texture_fragments(verb);
+  add_texture_synthesize(verb);
+  add_texture_path(verb);
+  add_texture_edit(verb);
 }
 
 }  // namespace laban::cli
