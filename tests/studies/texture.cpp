@@ -1,6 +1,7 @@
 // What a motion texture makes of takes that it has not learnt from.
 //
 //   texture_study FOLDER HELD,OUT,TAKES THRESHOLD|auto [FILE.texture]
+//   texture_study FOLDER --one TAKE THRESHOLD|auto
 //
 // Learns all takes of FOLDER but the held-out ones at 60 Hz (or reads FILE, if it is there, and
 // else writes it), then prints, for the held-out takes: one-step prediction beside constant
@@ -17,6 +18,7 @@
 #include "laban/base/error.h"
 #include "laban/math/rotation.h"
 #include "laban/motion/forward_kinematics.h"
+#include "laban/motion/motion_quality.h"
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
 #include "laban/motion/standard_body.h"
@@ -24,6 +26,7 @@
 #include "laban/texture/learn_texture.h"
 #include "laban/texture/texton_fit.h"
 #include "laban/texture/texture_file.h"
+#include "laban/texture/texture_motion.h"
 
 #include "takes.h"
 
@@ -194,8 +197,109 @@ void fill_gaps(const texture::MotionTexture& texture, const NamedObservations& u
   }
 }
 
+// ---- one clip: variety and faithfulness ----
+
+constexpr int kWindow = 30;
+constexpr int kApart = 60;
+
+/// Angles of all windows of 30 frames, a column a window.
+MatrixXd windows(const motion::PoseMatrix& pose, int step) {
+  const int count = (pose.frame_count() - kWindow) / step + 1;
+  MatrixXd columns(kWindow * pose.angles.rows(), count);
+  for (int n = 0; n < count; ++n) {
+    columns.col(n) = pose.angles.middleCols(n * step, kWindow).reshaped();
+  }
+  return columns;
+}
+
+/// Squared distances of every column of a (rows) to every one of b.
+MatrixXd squared_distances(const MatrixXd& a, const MatrixXd& b) {
+  MatrixXd d = -2.0 * a.transpose() * b;
+  d.colwise() += a.colwise().squaredNorm().transpose();
+  d.rowwise() += b.colwise().squaredNorm();
+  return d.cwiseMax(0.0);
+}
+
+/// The median of the distances of the input's windows to their nearest at least 60 frames away.
+double usual_distance(const MatrixXd& input) {
+  MatrixXd d = squared_distances(input, input);
+  for (Index i = 0; i < d.rows(); ++i) {
+    for (Index j = std::max<Index>(0, i - kApart + 1); j < std::min(d.cols(), i + kApart); ++j) {
+      d(i, j) = std::numeric_limits<double>::infinity();
+    }
+  }
+  std::vector<double> nearest;
+  for (Index i = 0; i < d.rows(); ++i) nearest.push_back(std::sqrt(d.row(i).minCoeff()));
+  std::nth_element(nearest.begin(), nearest.begin() + std::ssize(nearest) / 2, nearest.end());
+  return nearest[nearest.size() / 2];
+}
+
+/// Largest angle of a joint's rotation from the nearest of the captured ones, degrees.
+double farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatrix& input) {
+  double least_dot = 1.0;
+  for (int s = 0; s < motion::kStandardJointCount; ++s) {
+    const auto quaternions = [&](const motion::PoseMatrix& pose) {
+      MatrixXd q(4, pose.frame_count());
+      for (int f = 0; f < pose.frame_count(); ++f) {
+        q.col(f) = math::exp(pose.angles.block<3, 1>(3 * s, f)).coeffs();
+      }
+      return q;
+    };
+    const MatrixXd dots = (quaternions(input).transpose() * quaternions(made)).cwiseAbs();
+    least_dot = std::min(least_dot, dots.colwise().maxCoeff().minCoeff());
+  }
+  return 2.0 * std::acos(std::min(1.0, least_dot)) * 57.29577951308232;
+}
+
+std::vector<int> joins_of(const texture::TextureClip& made) {
+  std::vector<int> joins;
+  for (const texture::TextonPart& part : made.parts) {
+    if (part.begin > 0) joins.push_back(static_cast<int>(part.begin));
+  }
+  return joins;
+}
+
+void one_clip(const studies::Take& take, const std::string& threshold) {
+  const texture::MotionTexture texture = learn({take}, {}, threshold);
+  const motion::Clip input = motion::resample(take.capture.clip, kRateHz);
+  const motion::PoseMatrix pose = motion::to_pose_matrix(input, take.capture.humanoid);
+  const MatrixXd own = windows(pose, 1);
+  const double usual = usual_distance(own);
+  const motion::FootFloor floor = texture.rig.floor.value_or(motion::FootFloor{});
+  const motion::MotionQuality captured =
+      motion::measure_quality(input, take.capture.humanoid, floor);
+  std::printf("one clip, %s: %d frames; jerk %.0f m/s^3, skate %.2f cm\n", take.name.c_str(),
+              input.frame_count(), captured.jerk_m_s3, captured.foot_skate_cm);
+  for (const double noise : {0.0, 0.25, 1.0}) {
+    texture::TextureMotion motion(texture, {.noise_level = noise});
+    const texture::TextureClip made = motion.next(3600);
+    const motion::PoseMatrix played = motion::to_pose_matrix(made.clip, texture.rig.humanoid);
+    const MatrixXd theirs = windows(played, 3);
+    const MatrixXd d = squared_distances(own, theirs);
+    const double covered = (d.rowwise().minCoeff().array().sqrt() <= usual).cast<double>().mean();
+    const double new_windows =
+        (d.colwise().minCoeff().array().sqrt() > 0.5 * usual).cast<double>().mean();
+    const motion::MotionQuality quality =
+        motion::measure_quality(made.clip, texture.rig.humanoid, floor);
+    const auto joins = joins_of(made);
+    const auto percentile = motion::join_acceleration_percentile(quality, joins, {&captured, 1});
+    std::printf(
+        "  noise %.2f: coverage %.3f, output windows farther than half the usual distance from "
+        "any input window %.3f, rotations at most %.1f deg from a captured one, jerk %.0f, skate "
+        "%.2f cm, worst of %d joins at the captures' %.1fth percentile of acceleration\n",
+        noise, covered, new_windows, farthest_rotation(played, pose), quality.jerk_m_s3,
+        quality.foot_skate_cm, static_cast<int>(joins.size()), percentile.value_or(0.0));
+  }
+}
+
 int study(const std::vector<std::string>& arguments) {
   const std::vector<studies::Take> takes = studies::read_takes(arguments[0], "{content}_{take}");
+  if (arguments[1] == "--one") {
+    for (const studies::Take& take : takes) {
+      if (take.name == arguments[2]) one_clip(take, arguments[3]);
+    }
+    return 0;
+  }
   const std::vector<std::string> held_out = studies::split(arguments[1]);
   const texture::MotionTexture texture =
       learnt_or_read(takes, held_out, arguments[2], arguments.size() > 3 ? arguments[3] : "");
