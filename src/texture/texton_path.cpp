@@ -168,7 +168,10 @@ std::vector<int> repeat_textons(const MatrixXd& transitions, const std::vector<i
 }
 
 TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng)
-    : texture_(texture), segments_(at(texture.texton_count())), rng_(std::move(rng)) {
+    : texture_(texture),
+      segments_(at(texture.texton_count())),
+      visits_(segments_.size(), 0),
+      rng_(std::move(rng)) {
   if (texture.segments.empty()) {
     throw Error(ErrorKind::kUsage, "a walk needs a texture with at least one segment");
   }
@@ -182,6 +185,7 @@ TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, b
   }
   texton_ = first.value_or(
       texture.segments[at(rng_.index(static_cast<int>(texture.segments.size())))].texton);
+  ++visits_[at(texton_)];
 }
 
 int TextonWalk::any_segment() {
@@ -243,7 +247,8 @@ TextonChange TextonWalk::nearest_change(std::optional<int> to) const {
     for (int entering = 0; entering < static_cast<int>(texture_.segments.size()); ++entering) {
       const Segment& in = texture_.segments[at(entering)];
       if (in.length < 2 || !open[at(in.texton)]) continue;
-      const double distance = (texture_.observations.middleCols(in.begin, 2) - end).squaredNorm();
+      const double distance = (texture_.observations.middleCols(in.begin, 2) - end).norm() *
+                              (1.0 + visits_[at(in.texton)]);
       if (distance < least) {
         least = distance;
         best = {leaving, entering, true};
@@ -261,6 +266,7 @@ TextonChange TextonWalk::next() {
   const TextonChange change = drawn_change({}).value_or(TextonChange{0, 0, true});
   const TextonChange made = change.jump ? nearest_change({}) : change;
   texton_ = texture_.segments[at(made.entering)].texton;
+  ++visits_[at(texton_)];
   return made;
 }
 
@@ -272,6 +278,7 @@ TextonChange TextonWalk::go_to(int texton) {
   const auto change = drawn_change(texton);
   const TextonChange made = change ? *change : nearest_change(texton);
   texton_ = texton;
+  ++visits_[at(texton_)];
   return made;
 }
 

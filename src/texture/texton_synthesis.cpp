@@ -146,7 +146,7 @@ const ConstrainedStates& TextonSynthesizer::system(int texton, int length,
 }
 
 MatrixXd TextonSynthesizer::synthesize(int texton, int length, std::span<const PinnedFrame> pins,
-                                       const Ref<const MatrixXd>& noise) {
+                                       const Ref<const MatrixXd>& noise, const MatrixXd& residual) {
   if (texton < 0 || texton >= std::ssize(textons_)) {
     throw Error(ErrorKind::kUsage, "there is no texton " + std::to_string(texton));
   }
@@ -160,7 +160,17 @@ MatrixXd TextonSynthesizer::synthesize(int texton, int length, std::span<const P
     states.col(frames[n]) = given_states.col(static_cast<Index>(n));
   }
   MatrixXd y = observed(model, system(texton, length, frames).solve(states, noise));
-  y += ramp_between(length, frames, given - observed(model, given_states), ramp_frames_);
+  MatrixXd beside = given - observed(model, given_states);
+  if (residual.cols() > 0) {
+    if (residual.rows() != y.rows() || residual.cols() != length) {
+      throw Error(ErrorKind::kUsage, "a residual of " + std::to_string(residual.cols()) +
+                                         " frames for a texton of " + std::to_string(length));
+    }
+    const MatrixXd outside = residual - model.basis * (model.basis.transpose() * residual);
+    y += outside;
+    beside -= outside(Eigen::all, frames);
+  }
+  y += ramp_between(length, frames, beside, ramp_frames_);
   // The sum above is exact to round-off; pinned frames are given.
   for (std::size_t n = 0; n < frames.size(); ++n) {
     y.col(frames[n]) = given.col(static_cast<Index>(n));

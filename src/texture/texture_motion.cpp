@@ -34,58 +34,100 @@ const Segment& segment_at(const MotionTexture& texture, int segment) {
   return texture.segments[static_cast<std::size_t>(segment)];
 }
 
-/// The first two frames of a segment as its texton shows them.
 MatrixXd start_of(const MotionTexture& texture, int segment) {
-  const Segment& s = segment_at(texture, segment);
-  return reproject(texton_at(texture, s.texton), texture.observations.middleCols(s.begin, 2));
+  return texture.observations.middleCols(segment_at(texture, segment).begin, 2);
 }
 
 MatrixXd end_of(const MotionTexture& texture, int segment) {
   const Segment& s = segment_at(texture, segment);
-  return reproject(texton_at(texture, s.texton),
-                   texture.observations.middleCols(s.begin + s.length - 2, 2));
+  return texture.observations.middleCols(s.begin + s.length - 2, 2);
+}
+
+/// A segment, and the two frames after it where its take goes on: over them the next texton takes
+/// over.
+MatrixXd frames_with_next(const MotionTexture& texture, int segment) {
+  const Segment& s = segment_at(texture, segment);
+  int length = s.length;
+  for (const Take& take : texture.takes) {
+    if (s.begin >= take.begin && s.begin < take.begin + take.length) {
+      length = std::min(s.length + 2, take.begin + take.length - s.begin);
+    }
+  }
+  return texture.observations.middleCols(s.begin, length);
+}
+
+/// `count` columns read evenly from first to last, each as it is: innovations averaged would be
+/// weaker.
+MatrixXd spread(const MatrixXd& columns, int count) {
+  if (columns.cols() == count || columns.cols() == 0) return columns;
+  MatrixXd read(columns.rows(), count);
+  for (int n = 0; n < count; ++n) {
+    const double share = count > 1 ? static_cast<double>(n) / (count - 1) : 0.0;
+    read.col(n) = columns.col(std::lround(share * static_cast<double>(columns.cols() - 1)));
+  }
+  return read;
+}
+
+/// As `spread`, in straight lines.
+MatrixXd spread_smoothly(const MatrixXd& columns, int count) {
+  if (columns.cols() == count) return columns;
+  MatrixXd read(columns.rows(), count);
+  for (int n = 0; n < count; ++n) {
+    const double at =
+        count > 1 ? static_cast<double>(n) / (count - 1) * static_cast<double>(columns.cols() - 1)
+                  : 0.0;
+    const auto from = std::min(static_cast<Eigen::Index>(at), columns.cols() - 2);
+    const double share = at - static_cast<double>(from);
+    read.col(n) = (1.0 - share) * columns.col(from) + share * columns.col(from + 1);
+  }
+  return read;
 }
 
 /// Motion of one texton after the other, each beginning where the one before ends.
 class TextonSequence {
  public:
   TextonSequence(const MotionTexture& texture, const TextureMotionOptions& options, MatrixXd start)
-      : noise_level_(options.noise_level),
+      : texture_(texture),
+        noise_level_(options.noise_level),
+        variation_(options.variation),
         synthesizer_(texture.textons,
                      std::max(2, static_cast<int>(std::lround(kRampS * texture.frame_rate_hz)))),
-        dimensions_(dimensions_of(texture)),
         rng_(base::Rng::for_stream(options.seed, 1)),
         start_(std::move(start)) {}
 
-  /// The texton's frames from where the one before ended; after them comes `next`, d x 2.
-  MatrixXd until(int texton, int length, const MatrixXd& next) {
-    MatrixXd y = draw(texton, std::max(length, kFewestFrames) + 2, next);
+  /// `length` frames from where the one before ended, driven by what drove a segment of the texton;
+  /// after them comes `next`, d x 2.
+  MatrixXd until(int segment, int length, const MatrixXd& next) {
+    MatrixXd y = draw(segment, std::max(length, kFewestFrames) + 2, next);
     start_ = next;
     return y.leftCols(y.cols() - 2);
   }
   /// The last texton: its last two frames are `end`.
-  MatrixXd last(int texton, int length, const MatrixXd& end) {
-    return draw(texton, std::max(length, kFewestFrames), end);
+  MatrixXd last(int segment, int length, const MatrixXd& end) {
+    return draw(segment, std::max(length, kFewestFrames), end);
   }
 
  private:
-  static std::vector<int> dimensions_of(const MotionTexture& texture) {
-    std::vector<int> dimensions;
-    for (const Texton& texton : texture.textons) dimensions.push_back(texton.dimension());
-    return dimensions;
-  }
-
-  MatrixXd draw(int texton, int length, const MatrixXd& end) {
+  MatrixXd draw(int segment, int length, const MatrixXd& end) {
     const std::vector<PinnedFrame> pins{
         {0, start_.col(0)}, {1, start_.col(1)}, {length - 2, end.col(0)}, {length - 1, end.col(1)}};
-    const int m = dimensions_[static_cast<std::size_t>(texton)];
-    return synthesizer_.synthesize(texton, length, pins,
-                                   draw_noise(m, length - 2, noise_level_, rng_));
+    const int texton = segment_at(texture_, segment).texton;
+    const Texton& model = texton_at(texture_, texton);
+    MatrixXd noise = draw_noise(model.dimension(), length - 2, noise_level_ * variation_, rng_);
+    const double own = noise_level_ * std::sqrt(1.0 - variation_ * variation_);
+    if (own == 0.0) return synthesizer_.synthesize(texton, length, pins, noise);
+    const MatrixXd captured = frames_with_next(texture_, segment);
+    const MatrixXd centered = captured.colwise() - model.mean;
+    const MatrixXd states = model.basis.transpose() * centered;
+    noise += own * spread(innovations(model.dynamics, states), length - 2);
+    const MatrixXd residual = std::min(1.0, own) * (centered - model.basis * states);
+    return synthesizer_.synthesize(texton, length, pins, noise, spread_smoothly(residual, length));
   }
 
+  const MotionTexture& texture_;
   double noise_level_;
+  double variation_;
   TextonSynthesizer synthesizer_;
-  std::vector<int> dimensions_;
   base::Rng rng_;
   MatrixXd start_;
 };
@@ -125,9 +167,16 @@ class RigPlayer {
 }  // namespace
 
 std::vector<std::string> TextureMotionOptions::problems() const {
-  if (noise_level >= 0.0 && noise_level <= 10.0) return {};
-  return {"TextureMotionOptions::noise_level = " + std::to_string(noise_level) +
-          " (must be from 0 to 10)"};
+  std::vector<std::string> found;
+  if (!(noise_level >= 0.0 && noise_level <= 10.0)) {
+    found.push_back("TextureMotionOptions::noise_level = " + std::to_string(noise_level) +
+                    " (must be from 0 to 10)");
+  }
+  if (!(variation >= 0.0 && variation <= 1.0)) {
+    found.push_back("TextureMotionOptions::variation = " + std::to_string(variation) +
+                    " (must be from 0 to 1)");
+  }
+  return found;
 }
 
 class TextureMotion::Impl {
@@ -162,7 +211,7 @@ class TextureMotion::Impl {
   void make_texton() {
     const int texton = walk_.texton();
     const TextonChange change = walk_.next();
-    const MatrixXd y = sequence_.until(texton, segment_at(texture_, change.leaving).length,
+    const MatrixXd y = sequence_.until(change.leaving, segment_at(texture_, change.leaving).length,
                                        start_of(texture_, change.entering));
     parts_.push_back({texton, made_, made_ + y.cols(), change.jump});
     made_ += y.cols();
@@ -257,11 +306,11 @@ PathMotion synthesize_path(const MotionTexture& texture, std::span<const Planned
       const TextonChange change = walk.go_to(path[n + 1].texton);
       jump = change.jump;
       pieces.push_back(sequence.until(
-          texton, path[n].length.value_or(segment_at(texture, change.leaving).length),
+          change.leaving, path[n].length.value_or(segment_at(texture, change.leaving).length),
           start_of(texture, change.entering)));
     } else {
       const int last = walk.any_segment();
-      pieces.push_back(sequence.last(texton,
+      pieces.push_back(sequence.last(last,
                                      path[n].length.value_or(segment_at(texture, last).length),
                                      ends.to ? *ends.to : end_of(texture, last)));
     }

@@ -234,9 +234,14 @@ double usual_distance(const MatrixXd& input) {
   return nearest[nearest.size() / 2];
 }
 
-/// Largest angle of a joint's rotation from the nearest of the captured ones, degrees.
-double farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatrix& input) {
-  double least_dot = 1.0;
+struct FarRotation {
+  double degrees = 0.0;  ///< from the nearest of the captured rotations of the joint
+  int joint = 0;
+  Index frame = 0;
+};
+
+FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatrix& input) {
+  FarRotation farthest;
   for (int s = 0; s < motion::kStandardJointCount; ++s) {
     const auto quaternions = [&](const motion::PoseMatrix& pose) {
       MatrixXd q(4, pose.frame_count());
@@ -246,9 +251,12 @@ double farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatri
       return q;
     };
     const MatrixXd dots = (quaternions(input).transpose() * quaternions(made)).cwiseAbs();
-    least_dot = std::min(least_dot, dots.colwise().maxCoeff().minCoeff());
+    Index frame = 0;
+    const double least = dots.colwise().maxCoeff().minCoeff(&frame);
+    const double degrees = 2.0 * std::acos(std::min(1.0, least)) * 57.29577951308232;
+    if (degrees > farthest.degrees) farthest = {degrees, s, frame};
   }
-  return 2.0 * std::acos(std::min(1.0, least_dot)) * 57.29577951308232;
+  return farthest;
 }
 
 std::vector<int> joins_of(const texture::TextureClip& made) {
@@ -270,10 +278,14 @@ void one_clip(const studies::Take& take, const std::string& threshold) {
       motion::measure_quality(input, take.capture.humanoid, floor);
   std::printf("one clip, %s: %d frames; jerk %.0f m/s^3, skate %.2f cm\n", take.name.c_str(),
               input.frame_count(), captured.jerk_m_s3, captured.foot_skate_cm);
-  for (const double noise : {0.0, 0.25, 1.0}) {
-    texture::TextureMotion motion(texture, {.noise_level = noise});
+  for (const double variation : {0.0, 0.1, 0.3, 1.0}) {
+    texture::TextureMotion motion(texture, {.variation = variation});
     const texture::TextureClip made = motion.next(3600);
     const motion::PoseMatrix played = motion::to_pose_matrix(made.clip, texture.rig.humanoid);
+    texture::TextureMotion again(texture, {.variation = variation, .hold_feet = false});
+    const motion::PoseMatrix plain =
+        motion::to_pose_matrix(again.next(3600).clip, texture.rig.humanoid);
+    const FarRotation far = farthest_rotation(played, pose);
     const MatrixXd theirs = windows(played, 3);
     const MatrixXd d = squared_distances(own, theirs);
     const double covered = (d.rowwise().minCoeff().array().sqrt() <= usual).cast<double>().mean();
@@ -284,10 +296,13 @@ void one_clip(const studies::Take& take, const std::string& threshold) {
     const auto joins = joins_of(made);
     const auto percentile = motion::join_acceleration_percentile(quality, joins, {&captured, 1});
     std::printf(
-        "  noise %.2f: coverage %.3f, output windows farther than half the usual distance from "
-        "any input window %.3f, rotations at most %.1f deg from a captured one, jerk %.0f, skate "
+        "  variation %.2f: coverage %.3f, output windows farther than half the usual distance from "
+        "any input window %.3f, rotations at most %.1f deg from a captured one (%s, frame %d; feet "
+        "as they come %.1f), jerk %.0f, skate "
         "%.2f cm, worst of %d joins at the captures' %.1fth percentile of acceleration\n",
-        noise, covered, new_windows, farthest_rotation(played, pose), quality.jerk_m_s3,
+        variation, covered, new_windows, far.degrees,
+        motion::kStandardJointNames[static_cast<std::size_t>(far.joint)].data(),
+        static_cast<int>(far.frame), farthest_rotation(plain, pose).degrees, quality.jerk_m_s3,
         quality.foot_skate_cm, static_cast<int>(joins.size()), percentile.value_or(0.0));
   }
 }

@@ -168,6 +168,7 @@ Json report_json(const SynthesizeVerb& verb, const texture::MotionTexture& textu
                               {"path", verb.path},
                               {"first", verb.options.first ? Json(*verb.options.first) : Json()},
                               {"noise", verb.options.noise_level},
+                              {"variation", verb.options.variation},
                               {"foot_fix", !verb.no_foot_fix},
                               {"seed", verb.common.seed}},
                              records)}};
@@ -252,8 +253,12 @@ void add_texture_synthesize(CLI::App* texture) {
       ->expected(1, -1);
   sub->add_option("--first", verb->options.first, "texton to begin the walk with (default: drawn)");
   sub->add_option("--noise", verb->options.noise_level,
-                  "how much it varies, of what the captures did; 0: the likeliest motion")
+                  "how much drives it, of what did in the captures; 0: the likeliest motion")
       ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  sub->add_option("--variation", verb->options.variation,
+                  "share of that which is drawn anew; 0: what drove the captures, 1: all")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   sub->add_flag("--no-foot-fix", verb->no_foot_fix, "leave feet as they come");
   sub->add_option("--report", verb->report, "JSON report to write");

@@ -80,6 +80,7 @@ class TextonWalk {
   const MotionTexture& texture_;
   std::vector<std::vector<int>> segments_;  // of each texton
   int texton_ = 0;
+  std::vector<int> visits_;  // of each texton
   base::Rng rng_;
 };
 

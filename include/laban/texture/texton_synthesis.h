@@ -40,13 +40,16 @@ class TextonSynthesizer {
       : textons_(textons), ramp_frames_(ramp_frames) {}
 
   /// A draw from the texton given some frames of it, those hit exactly; C1 beside them.
-  /// @param pins   ascending, frames 0 and 1 among them.
-  /// @param noise  as of ConstrainedStates::solve.
+  /// @param pins      ascending, frames 0 and 1 among them.
+  /// @param noise     as of ConstrainedStates::solve.
+  /// @param residual  d x length: what the motion has beside what the texton shows (its part inside
+  ///                  the basis is ignored); none (no column): nothing.
   /// @returns d x length observations.
   /// @throws as ConstrainedStates.
   [[nodiscard]] Eigen::MatrixXd synthesize(int texton, int length,
                                            std::span<const PinnedFrame> pins,
-                                           const Eigen::Ref<const Eigen::MatrixXd>& noise);
+                                           const Eigen::Ref<const Eigen::MatrixXd>& noise,
+                                           const Eigen::MatrixXd& residual = {});
 
   /// The factor for known frames, made or found again.
   [[nodiscard]] const ConstrainedStates& system(int texton, int length,

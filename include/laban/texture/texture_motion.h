@@ -16,9 +16,14 @@ namespace laban::texture {
 
 struct TextureMotionOptions {
   std::uint64_t seed = 1;
-  /// Deviation of the noise that drives the textons, of what it was in the captures; 0 gives the
-  /// likeliest motion between the ends of each texton, 1 an exact draw.
+  /// How much drives the textons, of what did in the captures; 0 gives the likeliest motion between
+  /// the ends of each texton.
   double noise_level = 1.0;
+  /// What share of that is drawn, 0 to 1. The rest is what drove one of the texton's segments: its
+  /// own innovations, which are not white, and what of it the texton cannot show. 0 gives that
+  /// segment's motion between new ends, 1 an exact draw from the texton ([Li02, eq. 10]), which at
+  /// high frame rates trembles.
+  double variation = 0.1;
   /// Texton to begin with; nullopt: drawn.
   std::optional<int> first;
   /// Whether feet are held where they stand (motion::lock_feet), if the texture knows a floor.
@@ -42,10 +47,10 @@ struct TextureClip {
 };
 
 /// An endless random walk over textons (METHODS 2.3, "ballroom"): each is drawn given that its last
-/// two frames are the first two of the next, which are those of one of its segments, as the next
-/// shows them; it lasts as long as a segment did from which the corpus went on so. The part of the
-/// next one's frames that this one cannot show comes in smoothly over its last half second: poses
-/// and velocities are continuous. Memory does not grow with the frames that have passed.
+/// two frames are the first two of the next, which are those of one of its segments; it lasts as
+/// long as the segment did from which the corpus went on so, whose innovations drive it. The part
+/// of the next one's frames that this one cannot show comes in smoothly over its last half second:
+/// poses and velocities are continuous. Memory does not grow with the frames that have passed.
 class TextureMotion {
  public:
   /// @param texture  must outlive this.
