@@ -407,16 +407,11 @@ double log_likelihood(const MatrixXd& observations, const std::vector<Take>& tak
 }
 
 double bayesian_information(const LearntTextons& learnt, double log_likelihood) {
-  double penalty = 0.0;
-  const auto lists = by_texton(learnt.segments, learnt.textons.size());
-  for (std::size_t i = 0; i < lists.size(); ++i) {
-    double frames = 0.0;
-    for (const Segment& segment : lists[i]) frames += segment.length;
-    if (frames > 0.0) penalty += parameter_count(learnt.textons[i]) * std::log(frames);
-  }
-  const double arcs = (learnt.transition_counts.array() > 0.0).cast<double>().sum();
-  penalty += arcs * std::log(static_cast<double>(std::max<std::size_t>(1, learnt.segments.size())));
-  return penalty - 2.0 * log_likelihood;
+  double frames = 0.0;
+  for (const Segment& segment : learnt.segments) frames += segment.length;
+  double parameters = (learnt.transition_counts.array() > 0.0).cast<double>().sum();
+  for (const Texton& texton : learnt.textons) parameters += parameter_count(texton);
+  return parameters * std::log(frames) - 2.0 * log_likelihood;
 }
 
 LearntTextons learn_textons(const MatrixXd& observations, const std::vector<Take>& takes,

@@ -81,9 +81,9 @@ using RoundListener = std::function<void(const LearntTextons&)>;
                                     const std::vector<Texton>& textons,
                                     const Eigen::Ref<const Eigen::MatrixXd>& transition_counts);
 
-/// Bayesian information criterion of a state: -2 log-likelihood plus, for each texton, its
-/// parameters times the log of the number of its own frames, which is all that speaks of them
-/// (as for mixtures [FigueiredoJain02]), and for each transition seen, the log of the segments.
+/// Bayesian information criterion of a state: -2 log-likelihood plus log(N) for each parameter of
+/// its textons and each transition seen, N the frames of the corpus. (Charged by the log of a
+/// texton's own frames alone, as mixtures may be, a texton for every second of motion would win.)
 [[nodiscard]] double bayesian_information(const LearntTextons& learnt, double log_likelihood);
 
 /// Hard EM over labels, cuts and textons (METHODS 2.2): greedy start, then rounds of exact search
