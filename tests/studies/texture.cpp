@@ -240,7 +240,9 @@ struct FarRotation {
   Index frame = 0;
 };
 
-FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatrix& input) {
+/// @param counts  0 for frames that are left out.
+FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatrix& input,
+                              const Eigen::RowVectorXd& counts) {
   FarRotation farthest;
   for (int s = 0; s < motion::kStandardJointCount; ++s) {
     const auto quaternions = [&](const motion::PoseMatrix& pose) {
@@ -252,11 +254,16 @@ FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::Pose
     };
     const MatrixXd dots = (quaternions(input).transpose() * quaternions(made)).cwiseAbs();
     Index frame = 0;
-    const double least = dots.colwise().maxCoeff().minCoeff(&frame);
+    const Eigen::RowVectorXd nearest = dots.colwise().maxCoeff();
+    const double least = (counts.array() > 0.0).select(nearest, 1.0).minCoeff(&frame);
     const double degrees = 2.0 * std::acos(std::min(1.0, least)) * 57.29577951308232;
     if (degrees > farthest.degrees) farthest = {degrees, s, frame};
   }
   return farthest;
+}
+
+const char* name_of(int joint) {
+  return motion::kStandardJointNames[static_cast<std::size_t>(joint)].data();
 }
 
 std::vector<int> joins_of(const texture::TextureClip& made) {
@@ -282,10 +289,16 @@ void one_clip(const studies::Take& take, const std::string& threshold) {
     texture::TextureMotion motion(texture, {.variation = variation});
     const texture::TextureClip made = motion.next(3600);
     const motion::PoseMatrix played = motion::to_pose_matrix(made.clip, texture.rig.humanoid);
-    texture::TextureMotion again(texture, {.variation = variation, .hold_feet = false});
-    const motion::PoseMatrix plain =
-        motion::to_pose_matrix(again.next(3600).clip, texture.rig.humanoid);
-    const FarRotation far = farthest_rotation(played, pose);
+    Eigen::RowVectorXd all = Eigen::RowVectorXd::Ones(played.frame_count());
+    Eigen::RowVectorXd known = all;
+    int jumps = 0;
+    for (const texture::TextonPart& part : made.parts) {
+      if (!part.jump || part.end > known.size()) continue;
+      known.segment(part.begin, part.end - part.begin).setZero();
+      ++jumps;
+    }
+    const FarRotation far = farthest_rotation(played, pose, all);
+    const FarRotation far_known = farthest_rotation(played, pose, known);
     const MatrixXd theirs = windows(played, 3);
     const MatrixXd d = squared_distances(own, theirs);
     const double covered = (d.rowwise().minCoeff().array().sqrt() <= usual).cast<double>().mean();
@@ -297,13 +310,13 @@ void one_clip(const studies::Take& take, const std::string& threshold) {
     const auto percentile = motion::join_acceleration_percentile(quality, joins, {&captured, 1});
     std::printf(
         "  variation %.2f: coverage %.3f, output windows farther than half the usual distance from "
-        "any input window %.3f, rotations at most %.1f deg from a captured one (%s, frame %d; feet "
-        "as they come %.1f), jerk %.0f, skate "
+        "any input window %.3f, rotations at most %.1f deg from a captured one (%s; %.1f, %s, "
+        "without the textons before "
+        "%d jumps), jerk %.0f, skate "
         "%.2f cm, worst of %d joins at the captures' %.1fth percentile of acceleration\n",
-        variation, covered, new_windows, far.degrees,
-        motion::kStandardJointNames[static_cast<std::size_t>(far.joint)].data(),
-        static_cast<int>(far.frame), farthest_rotation(plain, pose).degrees, quality.jerk_m_s3,
-        quality.foot_skate_cm, static_cast<int>(joins.size()), percentile.value_or(0.0));
+        variation, covered, new_windows, far.degrees, name_of(far.joint), far_known.degrees,
+        name_of(far_known.joint), jumps, quality.jerk_m_s3, quality.foot_skate_cm,
+        static_cast<int>(joins.size()), percentile.value_or(0.0));
   }
 }
 

@@ -1,8 +1,12 @@
 #include "laban/texture/texture_motion.h"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "laban/math/rotation.h"
+#include "laban/motion/forward_kinematics.h"
 #include "laban/motion/motion_quality.h"
 #include "laban/texture/choreography.h"
 
@@ -65,26 +69,33 @@ TEST(TextureMotion, DependsOnItsSeed) {
   EXPECT_GT(largest_difference(a, b), 0.01);
 }
 
-// Poses and velocities are continuous across textons, so that no join is more violent than the
-// captures are.
-TEST(TextureMotion, BendsAtJoinsNoMoreThanTheCapturesDo) {
-  const motion::FootFloor floor;
-  std::vector<motion::MotionQuality> captured;
+/// Largest acceleration of a clip as it is played, m/s^2, in frames [begin, end).
+double largest_acceleration(const motion::Clip& clip, int begin, int end) {
+  const auto quality =
+      motion::measure_quality(clip, texture().rig.humanoid, motion::FootFloor{}).acceleration_m_s2;
+  return *std::max_element(quality.begin() + begin, quality.begin() + end);
+}
+
+// Poses and velocities are continuous across textons: a jump of 1 mm alone would be an acceleration
+// of 3.6 m/s^2 at 60 Hz, one of a cm/s in velocity 0.6.
+TEST(TextureMotion, BendsAtJoinsLittleMoreThanTheSmoothestCapturesDo) {
+  double captured = 0.0;
   for (const Take& take : texture().takes) {
     const motion::Clip clip = play_observations(
         texture(), texture().observations.middleCols(take.begin, take.length), false);
-    captured.push_back(motion::measure_quality(clip, texture().rig.humanoid, floor));
+    captured = std::max(captured, largest_acceleration(clip, 0, clip.frame_count()));
   }
   TextureMotion motion(texture(), {.seed = 4, .variation = 0.0, .hold_feet = false});
   const TextureClip made = motion.next(1500);
-  std::vector<int> joins;
-  for (std::size_t n = 1; n < made.parts.size(); ++n) {
+  int joins = 0;
+  for (std::size_t n = 1; n + 1 < made.parts.size(); ++n) {
     // Where nothing follows, two poses far apart have to be joined.
-    if (!made.parts[n - 1].jump) joins.push_back(static_cast<int>(made.parts[n].begin));
+    if (made.parts[n - 1].jump || made.parts[n].jump) continue;
+    const auto join = static_cast<int>(made.parts[n].begin);
+    EXPECT_LE(largest_acceleration(made.clip, join - 2, join + 3), 1.25 * captured) << join;
+    ++joins;
   }
-  ASSERT_GT(joins.size(), 5U);
-  const auto quality = motion::measure_quality(made.clip, texture().rig.humanoid, floor);
-  EXPECT_LE(motion::join_acceleration_percentile(quality, joins, captured).value_or(100.0), 99.0);
+  EXPECT_GT(joins, 5);
 }
 
 TEST(SynthesizePath, HitsItsEndsAndJoinsItsTextonsOnce) {
@@ -162,16 +173,15 @@ TEST(PlanChoreography, RefusesTimesAndPosesThatItCannotHave) {
                base::Error);
 }
 
+// Joints lie where they lay; the turn of forearms and shins about themselves goes to hands and
+// feet.
 TEST(PlayObservations, GivesTheCaptureBack) {
   const motion::Clip clip = motion::to_standard_clip(
       test::random_pose_matrix({.frames = 240, .seed = 1, .amplitude_rad = 0.4}));
   const motion::Clip played =
       play_observations(texture(), texture().observations.leftCols(240), false);
-  for (const int f : {0, 100, 239}) {
-    for (int j = 1; j < clip.joint_count(); ++j) {
-      EXPECT_THAT(played.rotation(f, j), test::IsNearRotation(clip.rotation(f, j), 1e-4));
-    }
-  }
+  EXPECT_LE((motion::joint_positions(played) - motion::joint_positions(clip)).cwiseAbs().maxCoeff(),
+            1e-6);
 }
 
 }  // namespace

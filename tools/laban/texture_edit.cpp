@@ -122,21 +122,42 @@ Edited edit(const EditVerb& verb, const texture::MotionTexture& texture, PoseRea
   return edited;
 }
 
+/// The original slowed down or sped up: what stretching a texton is not.
+MatrixXd warped(const MatrixXd& original, int length) {
+  const double pace =
+      static_cast<double>(original.cols() - 1) / std::max(1.0, static_cast<double>(length - 1));
+  MatrixXd slow(original.rows(), length);
+  for (int f = 0; f < length; ++f) {
+    const double at = pace * f;
+    const auto from = std::min(static_cast<Eigen::Index>(at), original.cols() - 2);
+    const double share = at - static_cast<double>(from);
+    slow.col(f) = (1.0 - share) * original.col(from) + share * original.col(from + 1);
+  }
+  slow.bottomRows<3>() *= pace;  // steps are from frame to frame
+  return slow;
+}
+
 void write_picture(const EditVerb& verb, const texture::MotionTexture& texture,
                    const Edited& edited, const motion::Clip& clip) {
   const motion::Humanoid& humanoid = texture.rig.humanoid;
   const motion::Clip before =
       texture::play_observations(texture, edited.original, !verb.no_foot_fix);
-  draw::Strip strips[] = {{with_standard_names(before, humanoid),
-                           fmt::format("texton {}, as captured", verb.texton),
-                           {},
-                           ""},
-                          {with_standard_names(clip, humanoid),
-                           std::filesystem::path(verb.output).stem().string(),
-                           {},
-                           ""}};
+  std::vector<draw::Strip> strips;
+  strips.push_back({with_standard_names(before, humanoid),
+                    fmt::format("texton {}, as captured", verb.texton),
+                    {},
+                    ""});
+  strips.push_back({with_standard_names(clip, humanoid),
+                    std::filesystem::path(verb.output).stem().string(),
+                    {},
+                    ""});
   for (const int frame : edited.pinned) {
-    strips[1].marks_s.push_back(frame / texture.frame_rate_hz);
+    strips.back().marks_s.push_back(frame / texture.frame_rate_hz);
+  }
+  if (clip.frame_count() != before.frame_count()) {
+    const motion::Clip slow = texture::play_observations(
+        texture, warped(edited.original, clip.frame_count()), !verb.no_foot_fix);
+    strips.push_back({with_standard_names(slow, humanoid), "as captured, time warped", {}, ""});
   }
   draw::ContactSheetOptions options;
   options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
@@ -218,7 +239,8 @@ void add_texture_edit(CLI::App* texture) {
       ->capture_default_str();
   sub->add_flag("--no-foot-fix", verb->no_foot_fix, "leave feet as they come");
   sub->add_option("--picture", verb->picture,
-                  "contact sheet to write (.png or .svg): as captured above as edited");
+                  "contact sheet to write (.png or .svg): as captured, as edited and, if "
+                  "stretched, as captured in slow motion");
   add_read_options(sub, verb->reading);
   add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true, .seed = true});
