@@ -30,6 +30,7 @@ struct EditVerb {
   std::vector<std::string> pins;
   double stretch = 1.0;
   double noise = 1.0;
+  double variation = texture::TextureMotionOptions().variation;
   bool no_foot_fix = false;
 };
 
@@ -86,19 +87,16 @@ std::vector<texture::PinnedFrame> read_pins(const EditVerb& verb, const MatrixXd
   return pins;
 }
 
-/// The texton drawn anew between its segment's ends, longer or shorter.
+/// The texton made anew between its segment's ends, longer or shorter.
 MatrixXd stretched(const EditVerb& verb, const texture::MotionTexture& texture,
                    const MatrixXd& original) {
   const auto length = std::max(
       5, static_cast<int>(std::lround(verb.stretch * static_cast<double>(original.cols()))));
-  std::vector<texture::PinnedFrame> ends;
-  for (const int n : {0, 1}) ends.push_back({n, original.col(n)});
-  for (const int n : {2, 1}) ends.push_back({length - n, original.col(original.cols() - n)});
-  base::Rng rng(verb.common.seed);
-  const int m = texture.textons[static_cast<std::size_t>(verb.texton)].dimension();
-  texture::TextonSynthesizer synthesizer(texture.textons);
-  return synthesizer.synthesize(verb.texton, length, ends,
-                                texture::draw_noise(m, length - 2, verb.noise, rng));
+  const std::vector<texture::PlannedTexton> path{{verb.texton, length}};
+  return texture::synthesize_path(
+             texture, path, {original.leftCols(2), original.rightCols(2)},
+             {.seed = verb.common.seed, .noise_level = verb.noise, .variation = verb.variation})
+      .observations;
 }
 
 Edited edit(const EditVerb& verb, const texture::MotionTexture& texture, PoseReader& poses) {
@@ -186,6 +184,7 @@ void print(const EditVerb& verb, const Edited& edited, const motion::Clip& clip,
                                          {"pins", verb.pins},
                                          {"stretch", verb.stretch},
                                          {"noise", verb.noise},
+                                         {"variation", verb.variation},
                                          {"foot_fix", !verb.no_foot_fix},
                                          {"seed", verb.common.seed}},
                                         records)}};
@@ -234,8 +233,12 @@ void add_texture_edit(CLI::App* texture) {
                   "where slowing down would not")
       ->check(CLI::Range(0.1, 20.0))
       ->capture_default_str();
-  sub->add_option("--noise", verb->noise, "how much a stretched texton varies; 0: likeliest motion")
+  sub->add_option("--noise", verb->noise,
+                  "how much drives a stretched texton, of what did in the captures")
       ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  sub->add_option("--variation", verb->variation, "share of that which is drawn anew")
+      ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   sub->add_flag("--no-foot-fix", verb->no_foot_fix, "leave feet as they come");
   sub->add_option("--picture", verb->picture,
