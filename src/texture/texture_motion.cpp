@@ -20,6 +20,8 @@ using Eigen::MatrixXd;
 
 constexpr int kFewestFrames = 5;
 constexpr double kRampS = 0.5;
+// Two poses far apart are joined over this time.
+constexpr double kJumpFadeS = 0.75;
 
 void check(const TextureMotionOptions& options) {
   const auto problems = options.problems();
@@ -98,9 +100,22 @@ class TextonSequence {
   /// `length` frames from where the one before ended, driven by what drove a segment of the texton;
   /// after them comes `next`, d x 2.
   MatrixXd until(int segment, int length, const MatrixXd& next) {
-    MatrixXd y = draw(segment, std::max(length, kFewestFrames) + 2, next);
+    const MatrixXd y = draw(segment, std::max(length, kFewestFrames) + 2, next);
     start_ = next;
     return y.leftCols(y.cols() - 2);
+  }
+  /// The same where `next` was never seen to follow and may be far away: the texton ends as its
+  /// segment does, and what there is between it and `next` fades over the beginning of that. Drawn
+  /// to an end so far from its own, a texton would rush there in its last frames.
+  MatrixXd until_jump(int segment, int length, const MatrixXd& next) {
+    const MatrixXd y = draw(segment, std::max(length, kFewestFrames), end_of(texture_, segment));
+    const Eigen::VectorXd last = y.col(y.cols() - 1);
+    const Eigen::VectorXd velocity = last - y.col(y.cols() - 2);
+    start_ = next;
+    offset_.resize(y.rows(), 2);
+    offset_ << last + velocity, last + 2.0 * velocity;
+    offset_ -= next;
+    return y;
   }
   /// The last texton: its last two frames are `end`.
   MatrixXd last(int segment, int length, const MatrixXd& end) {
@@ -109,6 +124,17 @@ class TextonSequence {
 
  private:
   MatrixXd draw(int segment, int length, const MatrixXd& end) {
+    MatrixXd y = between_ends(segment, length, end);
+    if (offset_.cols() > 0) {
+      const double fade = kJumpFadeS * texture_.frame_rate_hz;
+      y += ramp_between(length, {0, 1}, offset_,
+                        std::clamp(static_cast<int>(std::lround(fade)), 1, length - 4));
+      offset_.resize(0, 0);
+    }
+    return y;
+  }
+
+  MatrixXd between_ends(int segment, int length, const MatrixXd& end) {
     const std::vector<PinnedFrame> pins{
         {0, start_.col(0)}, {1, start_.col(1)}, {length - 2, end.col(0)}, {length - 1, end.col(1)}};
     const int texton = segment_at(texture_, segment).texton;
@@ -130,6 +156,7 @@ class TextonSequence {
   TextonSynthesizer synthesizer_;
   base::Rng rng_;
   MatrixXd start_;
+  MatrixXd offset_;  // after a jump, d x 2: how far the motion is from start_ as it goes on
 };
 
 /// Observations that come in pieces, on the rig: each piece's root goes on from the last.
@@ -211,8 +238,10 @@ class TextureMotion::Impl {
   void make_texton() {
     const int texton = walk_.texton();
     const TextonChange change = walk_.next();
-    const MatrixXd y = sequence_.until(change.leaving, segment_at(texture_, change.leaving).length,
-                                       start_of(texture_, change.entering));
+    const int length = segment_at(texture_, change.leaving).length;
+    const MatrixXd next = start_of(texture_, change.entering);
+    const MatrixXd y = change.jump ? sequence_.until_jump(change.leaving, length, next)
+                                   : sequence_.until(change.leaving, length, next);
     parts_.push_back({texton, made_, made_ + y.cols(), change.jump});
     made_ += y.cols();
     motion::Clip clip = player_.play(y);
@@ -305,9 +334,10 @@ PathMotion synthesize_path(const MotionTexture& texture, std::span<const Planned
     if (n + 1 < path.size()) {
       const TextonChange change = walk.go_to(path[n + 1].texton);
       jump = change.jump;
-      pieces.push_back(sequence.until(
-          change.leaving, path[n].length.value_or(segment_at(texture, change.leaving).length),
-          start_of(texture, change.entering)));
+      const int length = path[n].length.value_or(segment_at(texture, change.leaving).length);
+      const MatrixXd next = start_of(texture, change.entering);
+      pieces.push_back(jump ? sequence.until_jump(change.leaving, length, next)
+                            : sequence.until(change.leaving, length, next));
     } else {
       const int last = walk.any_segment();
       pieces.push_back(sequence.last(last,

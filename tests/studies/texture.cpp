@@ -292,9 +292,11 @@ void one_clip(const studies::Take& take, const std::string& threshold) {
     Eigen::RowVectorXd all = Eigen::RowVectorXd::Ones(played.frame_count());
     Eigen::RowVectorXd known = all;
     int jumps = 0;
-    for (const texture::TextonPart& part : made.parts) {
-      if (!part.jump || part.end > known.size()) continue;
-      known.segment(part.begin, part.end - part.begin).setZero();
+    for (std::size_t n = 1; n < made.parts.size(); ++n) {
+      if (!made.parts[n - 1].jump) continue;
+      const Index begin = made.parts[n].begin;
+      const Index end = std::min<Index>(made.parts[n].end, known.size());
+      known.segment(begin, end - begin).setZero();
       ++jumps;
     }
     const FarRotation far = farthest_rotation(played, pose, all);
@@ -311,7 +313,7 @@ void one_clip(const studies::Take& take, const std::string& threshold) {
     std::printf(
         "  variation %.2f: coverage %.3f, output windows farther than half the usual distance from "
         "any input window %.3f, rotations at most %.1f deg from a captured one (%s; %.1f, %s, "
-        "without the textons before "
+        "without the textons after "
         "%d jumps), jerk %.0f, skate "
         "%.2f cm, worst of %d joins at the captures' %.1fth percentile of acceleration\n",
         variation, covered, new_windows, far.degrees, name_of(far.joint), far_known.degrees,

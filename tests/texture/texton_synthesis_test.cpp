@@ -66,6 +66,30 @@ TEST(TextonSynthesizer, SolvesTheSameWithAFactorFoundAgain) {
   EXPECT_THROW(static_cast<void>(synthesizer.synthesize(2, 30, pins, noise)), base::Error);
 }
 
+/// How far the states move in all: what slow motion leaves as it is.
+double way(const Texton& texton, const MatrixXd& y) {
+  const MatrixXd x = texton.basis.transpose() * y;
+  return (x.rightCols(x.cols() - 1) - x.leftCols(x.cols() - 1)).colwise().norm().sum();
+}
+
+// [Li02, Fig. 10]: a texton of 127 frames made 188 long moves on instead of slowing down.
+TEST(TextonSynthesizer, AddsMotionWhereATextonLastsLonger) {
+  base::Rng rng(7);
+  const std::vector<Texton> textons{known_texton(20, 6, rng)};
+  TextonSynthesizer synthesizer(textons);
+  double drawn = 0.0;
+  double longer = 0.0;
+  for (int n = 0; n < 10; ++n) {
+    const MatrixXd motion = drawn_motion(textons[0], 127, rng);
+    std::vector<PinnedFrame> ends = pins_at(motion, {0, 1, 125, 126});
+    ends[2].frame = 186;
+    ends[3].frame = 187;
+    drawn += way(textons[0], motion);
+    longer += way(textons[0], synthesizer.synthesize(0, 188, ends, draw_noise(6, 186, 1.0, rng)));
+  }
+  EXPECT_NEAR(longer / drawn, 188.0 / 127.0, 0.2);
+}
+
 TEST(RampBetween, PassesItsValuesAndIsSmoothAndZeroElsewhere) {
   MatrixXd values(1, 5);
   values << 1.0, 1.2, -2.0, 0.5, 0.4;

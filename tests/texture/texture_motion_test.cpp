@@ -124,31 +124,6 @@ TEST(SynthesizePath, IsTheCaptureWhereNothingIsDrawn) {
   EXPECT_LE((made.observations - captured).cwiseAbs().maxCoeff(), 0.05);
 }
 
-/// How far the joints turn in all, observation units: what slow motion leaves as it is.
-double way(const MatrixXd& y) {
-  return (y.rightCols(y.cols() - 1) - y.leftCols(y.cols() - 1))
-      .topRows<63>()
-      .colwise()
-      .norm()
-      .sum();
-}
-
-// [Li02, Fig. 10]: a texton played longer moves on.
-TEST(SynthesizePath, AddsMotionWhereATextonIsStretched) {
-  double captured = 0.0;
-  double stretched = 0.0;
-  for (const Segment& segment : texture().segments) {
-    const MatrixXd y = segment_observations(texture(), segment);
-    const std::vector<PlannedTexton> path{
-        {segment.texton, static_cast<int>(1.5 * static_cast<double>(y.cols()))}};
-    captured += way(y);
-    stretched +=
-        way(synthesize_path(texture(), path, {y.leftCols(2), y.rightCols(2)}, {.variation = 0.0})
-                .observations);
-  }
-  EXPECT_GT(stretched, 1.2 * captured);
-}
-
 TEST(SynthesizePath, RefusesWhatItCannotPlay) {
   const std::vector<PlannedTexton> none;
   const std::vector<PlannedTexton> unknown{{99, std::nullopt}};

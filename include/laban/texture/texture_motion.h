@@ -50,7 +50,8 @@ struct TextureClip {
 /// two frames are the first two of the next, which are those of one of its segments; it lasts as
 /// long as the segment did from which the corpus went on so, whose innovations drive it. The part
 /// of the next one's frames that this one cannot show comes in smoothly over its last half second:
-/// poses and velocities are continuous. Memory does not grow with the frames that have passed.
+/// poses and velocities are continuous. After a jump the difference fades over the next one's first
+/// three quarters of a second. Memory does not grow with the frames that have passed.
 class TextureMotion {
  public:
   /// @param texture  must outlive this.
