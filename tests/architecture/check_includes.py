@@ -19,6 +19,7 @@ BUILDS_ON = {
     "effort": ["motion", "learn"],
     "transfer": ["blend", "effort"],
     "loop": ["motion"],
+    "texture": ["motion"],
     "manifold": ["motion"],
     "draw": ["motion"],
 }

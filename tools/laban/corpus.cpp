@@ -23,6 +23,7 @@ using base::ErrorKind;
 struct CorpusVerb {
   Common common;
   std::string clips;
+  std::string table;  ///< fragments of a table instead of clips
   std::string pattern = "{content}_{performer}";
   std::string label = "none";
   std::string output;
@@ -88,8 +89,46 @@ std::string name_or(const std::map<std::string, std::string>& names, const std::
 
 struct ReadFragments {
   std::vector<transfer::Fragment> fragments;
-  std::vector<fs::path> paths;
+  std::vector<effort::LabelRow> rows;  ///< where each lies: clip and frames
 };
+
+/// Path of a clip as the table names it; links are kept as the user wrote them.
+std::string relative_to_table(const CorpusVerb& verb, const fs::path& path) {
+  const fs::path table =
+      verb.output == "-" ? fs::current_path() / "table" : fs::absolute(verb.output);
+  const fs::path folder = table.lexically_normal().parent_path();
+  return fs::absolute(path).lexically_normal().lexically_relative(folder).generic_string();
+}
+
+/// Fragments of a table, as `laban texture fragments` writes it.
+ReadFragments fragments_of_table(const CorpusVerb& verb) {
+  ReadFragments read;
+  const fs::path folder = fs::path(verb.table).parent_path();
+  int without_content = 0;
+  for (CutFragment& cut : read_table_fragments(verb.table, verb.common)) {
+    const std::string& content = cut.row.content;
+    if (content.empty()) ++without_content;
+    if (!verb.contents.empty() && std::find(verb.contents.begin(), verb.contents.end(), content) ==
+                                      verb.contents.end()) {
+      continue;
+    }
+    effort::LabelRow row;
+    row.clip = relative_to_table(verb, folder / cut.row.clip);
+    row.begin_frame = cut.row.begin_frame;
+    row.end_frame = cut.row.end_frame;
+    read.rows.push_back(std::move(row));
+    cut.fragment.effort = std::nullopt;
+    read.fragments.push_back(std::move(cut.fragment));
+  }
+  if (without_content > 0) {
+    throw Error(ErrorKind::kData, fmt::format("{}: {} fragments have no content; name it in its "
+                                              "column",
+                                              verb.table, without_content));
+  }
+  if (read.fragments.empty())
+    throw Error(ErrorKind::kData, verb.table + ": it has no fragment of the contents asked for");
+  return read;
+}
 
 ReadFragments read_fragments(const CorpusVerb& verb) {
   ReadFragments read;
@@ -98,7 +137,9 @@ ReadFragments read_fragments(const CorpusVerb& verb) {
   for (const FoundClip& found : find_clips(verb)) {
     clips.push_back(read_captured_clip(found.path.string(), {}, verb.common));
     rates.push_back(clips.back().file.clip.frame_rate_hz());
-    read.paths.push_back(found.path);
+    effort::LabelRow row;
+    row.clip = relative_to_table(verb, found.path);
+    read.rows.push_back(std::move(row));
     read.fragments.push_back({found.path.stem().string(),
                               name_or(found.names, "content"),
                               name_or(found.names, "performer", name_or(found.names, "style")),
@@ -180,22 +221,13 @@ fs::path blend_path(const CorpusVerb& verb, const transfer::CorpusBlend& blend) 
   return fs::path(verb.blend_folder) / (blend.name + "." + verb.blend_format);
 }
 
-/// Path of a clip as the table names it; links are kept as the user wrote them.
-std::string relative_to_table(const CorpusVerb& verb, const fs::path& path) {
-  const fs::path table =
-      verb.output == "-" ? fs::current_path() / "table" : fs::absolute(verb.output);
-  const fs::path folder = table.lexically_normal().parent_path();
-  return fs::absolute(path).lexically_normal().lexically_relative(folder).generic_string();
-}
-
 effort::LabelTable make_table(const CorpusVerb& verb, const transfer::StyleCorpus& corpus,
-                              const std::vector<fs::path>& paths) {
+                              const std::vector<effort::LabelRow>& places) {
   effort::LabelTable table;
   for (std::size_t i = 0; i < corpus.fragments.size(); ++i) {
     const transfer::Fragment& fragment = corpus.fragments[i];
-    effort::LabelRow row;
+    effort::LabelRow row = places[i];
     row.fragment = fragment.name;
-    row.clip = relative_to_table(verb, paths[i]);
     row.content = fragment.content;
     row.performer = fragment.performer;
     set_effort(row, fragment.effort);
@@ -264,7 +296,11 @@ void print(const CorpusVerb& verb, const transfer::StyleCorpus& corpus, const Gr
 
 void run(const CorpusVerb& verb) {
   if (verb.output != "-") check_outputs(verb.common, {verb.output});
-  ReadFragments read = read_fragments(verb);
+  if (verb.clips.empty() == verb.table.empty()) {
+    throw Error(ErrorKind::kUsage,
+                "say what the fragments are: either a folder of --clips or a table of --fragments");
+  }
+  ReadFragments read = verb.table.empty() ? read_fragments(verb) : fragments_of_table(verb);
   const Grouping grouping = group_contents(verb, read.fragments);
   transfer::StyleCorpus corpus;
   corpus.blends =
@@ -272,7 +308,7 @@ void run(const CorpusVerb& verb) {
   corpus.fragments = std::move(read.fragments);
   if (verb.label == "measured") measure_labels(verb, corpus);
   if (!verb.blend_folder.empty()) write_blends(verb, corpus);
-  write_bytes(verb.output, effort::format_label_table(make_table(verb, corpus, read.paths)),
+  write_bytes(verb.output, effort::format_label_table(make_table(verb, corpus, read.rows)),
               verb.common);
   if (verb.output != "-") print(verb, corpus, grouping);
 }
@@ -285,7 +321,10 @@ void add_corpus(CLI::App& app) {
                            "Make a label table from a folder of clips, with blends to be labelled",
                            "laban corpus --clips captures --pattern '{content}_{performer}_{take}' "
                            "--label measured -o captures.csv");
-  sub->add_option("--clips", verb->clips, "folder of the clips")->required();
+  sub->add_option("--clips", verb->clips, "folder of the clips");
+  sub->add_option("--fragments", verb->table,
+                  "label table whose fragments are taken instead, with their contents, e.g. of "
+                  "'laban texture fragments'");
   sub->add_option(
          "--pattern", verb->pattern,
          "how file names are read: {content}, {performer} or {style}, and any other {name}")

@@ -432,6 +432,33 @@ LabelledCorpus read_corpus(const std::string& table_path, const ReadCorpusOption
   return read;
 }
 
+std::vector<CutFragment> read_table_fragments(const std::string& table_path,
+                                              const Common& common) {
+  const effort::LabelTable table =
+      effort::mean_over_observers(effort::parse_label_table(read_bytes(table_path), table_path));
+  const fs::path folder = fs::path(table_path).parent_path();
+  const auto at_line = [&](const effort::LabelRow& row, const auto& work) {
+    return naming(table_path + ":" + std::to_string(row.line), work);
+  };
+  ClipCache cache;
+  std::vector<double> rates;
+  for (const effort::LabelRow& row : effort::seeds(table)) {
+    if (cache.contains(row.clip)) continue;
+    CapturedClip clip =
+        at_line(row, [&] { return read_captured_clip((folder / row.clip).string(), {}, common); });
+    rates.push_back(clip.file.clip.frame_rate_hz());
+    cache.emplace(row.clip, std::move(clip));
+  }
+  if (rates.empty()) throw Error(ErrorKind::kData, table_path + ": it has no fragments");
+  const double rate_hz = common_rate(rates);
+  std::vector<CutFragment> cut;
+  for (const effort::LabelRow& row : effort::seeds(table)) {
+    cut.push_back(
+        {row, at_line(row, [&] { return make_fragment(row, cache.at(row.clip), rate_hz); })});
+  }
+  return cut;
+}
+
 transfer::StyleModel read_model(const std::string& path, InputRecord& record) {
   std::string found = path;
   if (found.empty()) {

@@ -158,6 +158,17 @@ struct ReadCorpusOptions {
   bool each_rater = false;  ///< every observer's label of a blend by itself, not their mean
 };
 
+/// A fragment of a table, cut out of its clip.
+struct CutFragment {
+  effort::LabelRow row;  ///< as it stands in the table
+  transfer::Fragment fragment;
+};
+
+/// The fragments of a label table, labelled or not, at the most frequent rate of their clips. Each
+/// clip is read once. @throws as read_corpus.
+[[nodiscard]] std::vector<CutFragment> read_table_fragments(const std::string& table_path,
+                                                            const Common& common);
+
 /// Adds --rater and --each-rater.
 void add_rater_options(CLI::App* verb, ReadCorpusOptions& options);
 

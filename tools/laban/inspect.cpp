@@ -3,10 +3,12 @@
 #include "laban/base/error.h"
 #include "laban/manifold/manifold_file.h"
 #include "laban/motion/forward_kinematics.h"
+#include "laban/texture/texture_file.h"
 
 #include "files.h"
 #include "manifold.h"
 #include "report.h"
+#include "texture.h"
 #include "verb.h"
 
 namespace laban::cli {
@@ -147,6 +149,18 @@ void inspect_manifold(const InspectVerb& verb, const std::string& bytes) {
   fmt::print("{}\n", json.dump(2));
 }
 
+void inspect_texture(const InspectVerb& verb, const std::string& bytes) {
+  const texture::MotionTexture texture = texture::read_texture(bytes, verb.input);
+  if (!verb.common.json) {
+    fmt::print("{}: {}", verb.input, texture_text(texture, verb.common.verbose));
+    return;
+  }
+  Json json = {{"schema", "laban.inspect/1"}, {"kind", "texture"}};
+  json.update(describe_texture(texture));
+  json["record"] = Json::parse(texture.record_json);
+  fmt::print("{}\n", json.dump(2));
+}
+
 void inspect_table(const InspectVerb& verb, const std::string& text) {
   const effort::LabelTable table = effort::parse_label_table(text, verb.input);
   const auto blank = effort::blank_rows(table);
@@ -169,10 +183,12 @@ void inspect_table(const InspectVerb& verb, const std::string& text) {
 void run(const InspectVerb& verb) {
   const std::string bytes = read_bytes(verb.input);
   // The kind stands in the container's head.
-  if (bytes.starts_with("laban\r\n") && bytes.substr(0, 64).find("laban.manifold") != bytes.npos) {
+  const bool is_container = bytes.starts_with("laban\r\n");
+  const std::string head = bytes.substr(0, 64);
+  if (is_container && head.find("laban.manifold") != head.npos)
     return inspect_manifold(verb, bytes);
-  }
-  if (bytes.starts_with("laban\r\n")) return inspect_model(verb, bytes);
+  if (is_container && head.find("laban.texture") != head.npos) return inspect_texture(verb, bytes);
+  if (is_container) return inspect_model(verb, bytes);
   if (verb.input.ends_with(".csv")) return inspect_table(verb, bytes);
   inspect_clip(verb, bytes);
 }
@@ -182,10 +198,11 @@ void run(const InspectVerb& verb) {
 void add_inspect(CLI::App& app) {
   auto verb = std::make_shared<InspectVerb>();
   CLI::App* sub =
-      add_verb(app, "inspect", "Tell what is in a clip, a style model, a manifold or a label table",
+      add_verb(app, "inspect", "Tell what is in a clip, a style model, a manifold, a texture or a label table",
                "laban inspect capture.bvh");
   sub->add_option("INPUT", verb->input,
-                  "clip, style model (.laban), manifold (.manifold) or label table (.csv)")
+                  "clip, style model (.laban), manifold (.manifold), texture (.texture) or label table "
+                  "(.csv)")
       ->required();
   sub->add_flag("--check", verb->check,
                 "exit with 7 if a clip needs mending or no person is found in it");

@@ -108,6 +108,7 @@ int run(int argc, char** argv) {
   add_draw(app);
   add_loop(app);
   add_manifold(app);
+  add_texture(app);
 
   std::string topic;
   CLI::App* help =

@@ -69,6 +69,7 @@ void add_match(CLI::App& app);
 void add_measure(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_suggest(CLI::App& app);
+void add_texture(CLI::App& app);
 void add_train(CLI::App& app);
 
 }  // namespace laban::cli

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "laban/motion/clip.h"
+#include "laban/texture/motion_texture.h"
+
+namespace laban::texture {
+
+struct TextureMotionOptions {
+  std::uint64_t seed = 1;
+  /// How much drives the textons, of what did in the captures; 0 gives the likeliest motion between
+  /// the ends of each texton.
+  double noise_level = 1.0;
+  /// What share of that is drawn, 0 to 1. The rest is what drove one of the texton's segments: its
+  /// own innovations, which are not white, and what of it the texton cannot show. 0 gives that
+  /// segment's motion between new ends, 1 an exact draw from the texton ([Li02, eq. 10]), which at
+  /// high frame rates trembles.
+  double variation = 0.1;
+  /// Texton to begin with; nullopt: drawn.
+  std::optional<int> first;
+  /// Whether feet are held where they stand (motion::lock_feet), if the texture knows a floor.
+  bool hold_feet = true;
+
+  /// Broken rules; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// One texton of a motion: frames [begin, end).
+struct TextonPart {
+  int texton = 0;
+  std::int64_t begin = 0;
+  std::int64_t end = 0;
+  bool jump = false;  ///< nothing in the captures goes from here to the next texton
+};
+
+struct TextureClip {
+  motion::Clip clip;
+  std::vector<TextonPart> parts;  ///< those of which a frame is in the clip
+};
+
+/// An endless random walk over textons (METHODS 2.3, "ballroom"): each is drawn given that its last
+/// two frames are the first two of the next, which are those of one of its segments; it lasts as
+/// long as the segment did from which the corpus went on so, whose innovations drive it. The part
+/// of the next one's frames that this one cannot show comes in smoothly over its last half second:
+/// poses and velocities are continuous. After a jump the difference fades over the next one's first
+/// three quarters of a second. Memory does not grow with the frames that have passed.
+class TextureMotion {
+ public:
+  /// @param texture  must outlive this.
+  /// @throws Error{kUsage} if `options` has problems or there is no such texton.
+  explicit TextureMotion(const MotionTexture& texture, const TextureMotionOptions& options = {});
+  TextureMotion(TextureMotion&&) noexcept;
+  TextureMotion& operator=(TextureMotion&&) noexcept;
+  ~TextureMotion();
+
+  /// The next frames; they do not depend on how many are asked for at a time. The root begins above
+  /// the origin, facing +Z.
+  /// @throws Error{kUsage} unless frame_count >= 1.
+  [[nodiscard]] TextureClip next(int frame_count);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A texton of a path that the user gives.
+struct PlannedTexton {
+  int texton = 0;
+  std::optional<int> length;  ///< frames, >= 5; nullopt: of one of its segments
+};
+
+/// Where a path begins and ends: two neighbouring frames, d x 2 each; nullopt: as a segment of the
+/// first (last) texton does.
+struct PathEnds {
+  std::optional<Eigen::MatrixXd> from;
+  std::optional<Eigen::MatrixXd> to;
+};
+
+/// Observations of a path of textons, and which part is which. The given ends are hit exactly.
+struct PathMotion {
+  Eigen::MatrixXd observations;  ///< d x frames
+  std::vector<TextonPart> parts;
+};
+
+/// Synthesises the textons of a path one after the other, joined as by TextureMotion.
+/// @throws Error{kUsage} if `options` has problems, the path is empty, names what is no texton or a
+///         length below 5, or an end is not d x 2.
+[[nodiscard]] PathMotion synthesize_path(const MotionTexture& texture,
+                                         std::span<const PlannedTexton> path,
+                                         const PathEnds& ends = {},
+                                         const TextureMotionOptions& options = {});
+
+/// Observations as a clip on the texture's rig; the root begins above the origin, facing +Z.
+/// @throws Error{kUsage} if there is no frame or they have other rows than the texture's.
+[[nodiscard]] motion::Clip play_observations(const MotionTexture& texture,
+                                             const Eigen::Ref<const Eigen::MatrixXd>& observations,
+                                             bool hold_feet = true);
+
+}  // namespace laban::texture

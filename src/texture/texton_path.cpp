@@ -1,0 +1,285 @@
+#include "laban/texture/texton_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "laban/base/error.h"
+
+namespace laban::texture {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+using Eigen::MatrixXd;
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// A self-transition of nearly 1 would repeat a texton for hours.
+constexpr int kMostRepeats = 1000;
+
+std::size_t at(int index) {
+  return static_cast<std::size_t>(index);
+}
+
+bool contains(const std::vector<int>& list, int value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
+}
+
+void check_request(const MatrixXd& transitions, int from, int to, const PathRules& rules) {
+  const auto count = static_cast<int>(transitions.rows());
+  const auto check = [&](int texton) {
+    if (texton < 0 || texton >= count) {
+      throw Error(ErrorKind::kUsage, "there is no texton " + std::to_string(texton) +
+                                         "; there are 0 to " + std::to_string(count - 1));
+    }
+  };
+  std::vector<int> passed{from, to};
+  passed.insert(passed.end(), rules.via.begin(), rules.via.end());
+  for (const int texton : passed) {
+    check(texton);
+    if (contains(rules.avoid, texton)) {
+      throw Error(ErrorKind::kUsage,
+                  "texton " + std::to_string(texton) + " cannot be both passed and avoided");
+    }
+  }
+  for (const int texton : rules.avoid) check(texton);
+}
+
+/// -log M, infinite to and from textons that are avoided.
+MatrixXd costs_of(const MatrixXd& transitions, const PathRules& rules) {
+  MatrixXd costs = transitions.unaryExpr(
+      [](double p) { return p > 0.0 ? std::max(0.0, -std::log(p)) : kInfinite; });
+  for (const int texton : rules.avoid) {
+    costs.row(texton).setConstant(kInfinite);
+    costs.col(texton).setConstant(kInfinite);
+  }
+  return costs;
+}
+
+/// Dijkstra; the plain form, for the graph is a matrix.
+std::optional<std::vector<int>> cheapest_leg(const MatrixXd& costs, int from, int to) {
+  const auto count = static_cast<int>(costs.rows());
+  std::vector<double> cost(at(count), kInfinite);
+  std::vector<int> before(at(count), -1);
+  std::vector<bool> done(at(count), false);
+  cost[at(from)] = 0.0;
+  for (int round = 0; round < count; ++round) {
+    int nearest = -1;
+    for (int i = 0; i < count; ++i) {
+      if (!done[at(i)] && cost[at(i)] < (nearest < 0 ? kInfinite : cost[at(nearest)])) nearest = i;
+    }
+    if (nearest < 0 || nearest == to) break;
+    done[at(nearest)] = true;
+    for (int j = 0; j < count; ++j) {
+      const double through = cost[at(nearest)] + costs(nearest, j);
+      if (through < cost[at(j)]) {
+        cost[at(j)] = through;
+        before[at(j)] = nearest;
+      }
+    }
+  }
+  if (cost[at(to)] == kInfinite) return std::nullopt;
+  std::vector<int> path{to};
+  while (path.back() != from) path.push_back(before[at(path.back())]);
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
+}  // namespace
+
+double path_cost(const MatrixXd& transitions, const std::vector<int>& path) {
+  double cost = 0.0;
+  for (std::size_t n = 1; n < path.size(); ++n) {
+    const double p = transitions(path[n - 1], path[n]);
+    cost += p > 0.0 ? -std::log(p) : kInfinite;
+  }
+  return cost;
+}
+
+std::optional<std::vector<int>> cheapest_path(const MatrixXd& transitions, int from, int to,
+                                              const PathRules& rules) {
+  check_request(transitions, from, to, rules);
+  const MatrixXd costs = costs_of(transitions, rules);
+  std::vector<int> stops = rules.via;
+  stops.push_back(to);
+  std::vector<int> path{from};
+  for (const int stop : stops) {
+    const auto leg = cheapest_leg(costs, path.back(), stop);
+    if (!leg) return std::nullopt;
+    path.insert(path.end(), leg->begin() + 1, leg->end());
+  }
+  return path;
+}
+
+std::optional<std::vector<int>> path_of_length(const MatrixXd& transitions, int from, int to,
+                                               int count, const PathRules& rules) {
+  check_request(transitions, from, to, rules);
+  if (count < 1) {
+    throw Error(ErrorKind::kUsage, "a path of " + std::to_string(count) + " textons (at least 1)");
+  }
+  const MatrixXd costs = costs_of(transitions, rules);
+  const auto textons = static_cast<int>(transitions.rows());
+  const auto vias = static_cast<int>(rules.via.size());
+  // State v * textons + i: at texton i with the first v of `via` passed.
+  const auto after = [&](int v, int i) { return v < vias && rules.via[at(v)] == i ? v + 1 : v; };
+  const int states = textons * (vias + 1);
+  std::vector<double> cost(at(states), kInfinite);
+  cost[at(after(0, from) * textons + from)] = 0.0;
+  std::vector<std::vector<int>> before;
+  for (int place = 1; place < count; ++place) {
+    std::vector<double> next(at(states), kInfinite);
+    std::vector<int>& came = before.emplace_back(at(states), -1);
+    for (int s = 0; s < states; ++s) {
+      if (cost[at(s)] == kInfinite) continue;
+      for (int j = 0; j < textons; ++j) {
+        const double through = cost[at(s)] + costs(s % textons, j);
+        const int reached = after(s / textons, j) * textons + j;
+        if (through < next[at(reached)]) {
+          next[at(reached)] = through;
+          came[at(reached)] = s;
+        }
+      }
+    }
+    cost = std::move(next);
+  }
+  int state = vias * textons + to;
+  if (cost[at(state)] == kInfinite) return std::nullopt;
+  std::vector<int> path{to};
+  for (auto came = before.rbegin(); came != before.rend(); ++came) {
+    state = (*came)[at(state)];
+    path.push_back(state % textons);
+  }
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
+std::vector<int> repeat_textons(const MatrixXd& transitions, const std::vector<int>& path,
+                                base::Rng& rng) {
+  std::vector<int> repeated;
+  for (const int texton : path) {
+    repeated.push_back(texton);
+    const double again = transitions(texton, texton);
+    for (int n = 0; again < 1.0 && n < kMostRepeats && rng.uniform() < again; ++n) {
+      repeated.push_back(texton);
+    }
+  }
+  return repeated;
+}
+
+TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng)
+    : texture_(texture),
+      segments_(at(texture.texton_count())),
+      visits_(segments_.size(), 0),
+      rng_(std::move(rng)) {
+  if (texture.segments.empty()) {
+    throw Error(ErrorKind::kUsage, "a walk needs a texture with at least one segment");
+  }
+  for (int s = 0; s < static_cast<int>(texture.segments.size()); ++s) {
+    segments_[at(texture.segments[at(s)].texton)].push_back(s);
+  }
+  if (first && (*first < 0 || *first >= texture.texton_count() || segments_[at(*first)].empty())) {
+    throw Error(ErrorKind::kUsage, "there is no texton " + std::to_string(*first) +
+                                       " with a segment; there are 0 to " +
+                                       std::to_string(texture.texton_count() - 1));
+  }
+  texton_ = first.value_or(
+      texture.segments[at(rng_.index(static_cast<int>(texture.segments.size())))].texton);
+  ++visits_[at(texton_)];
+}
+
+int TextonWalk::any_segment() {
+  const std::vector<int>& own = segments_[at(texton_)];
+  return own[at(rng_.index(static_cast<int>(own.size())))];
+}
+
+/// Whether the next segment follows this one in the same take.
+bool TextonWalk::follows(int segment) const {
+  if (at(segment) + 1 >= texture_.segments.size()) return false;
+  const int begin = texture_.segments[at(segment) + 1].begin;
+  return std::none_of(texture_.takes.begin(), texture_.takes.end(),
+                      [&](const Take& take) { return take.begin == begin; });
+}
+
+/// One of the corpus' own changes from the texton now walked on, each as likely as any other: that
+/// is the row of M.
+std::optional<TextonChange> TextonWalk::drawn_change(std::optional<int> to) {
+  std::vector<int> known;
+  bool only_itself = true;
+  int ends = 0;
+  for (const int s : segments_[at(texton_)]) {
+    if (!follows(s)) {
+      ++ends;
+      continue;
+    }
+    const int next = texture_.segments[at(s) + 1].texton;
+    if (to && next != *to) continue;
+    only_itself = only_itself && next == texton_;
+    known.push_back(s);
+  }
+  if (known.empty()) return std::nullopt;
+  const int choices = static_cast<int>(known.size()) + (only_itself && !to ? ends : 0);
+  const int drawn = rng_.index(choices);
+  if (drawn >= static_cast<int>(known.size())) return std::nullopt;
+  return TextonChange{known[at(drawn)], known[at(drawn)] + 1, false};
+}
+
+TextonChange TextonWalk::nearest_change(std::optional<int> to) const {
+  const auto goes_on = [&](int texton) {
+    const std::vector<int>& own = segments_[at(texton)];
+    return std::any_of(own.begin(), own.end(), [&](int s) { return follows(s); });
+  };
+  // Two ends of takes nearest to each other would hold the walk between them.
+  std::vector<bool> open(segments_.size(), true);
+  for (int i = 0; i < static_cast<int>(open.size()); ++i) {
+    open[at(i)] = to ? i == *to : i != texton_ && goes_on(i);
+  }
+  if (std::find(open.begin(), open.end(), true) == open.end()) {
+    open.assign(open.size(), true);
+    open[at(texton_)] = texture_.segments.size() == segments_[at(texton_)].size();
+  }
+  TextonChange best;
+  double least = kInfinite;
+  for (const int leaving : segments_[at(texton_)]) {
+    const Segment& out = texture_.segments[at(leaving)];
+    if (out.length < 2) continue;
+    const auto end = texture_.observations.middleCols(out.begin + out.length - 2, 2);
+    for (int entering = 0; entering < static_cast<int>(texture_.segments.size()); ++entering) {
+      const Segment& in = texture_.segments[at(entering)];
+      if (in.length < 2 || !open[at(in.texton)]) continue;
+      const double distance = (texture_.observations.middleCols(in.begin, 2) - end).norm() *
+                              (1.0 + visits_[at(in.texton)]);
+      if (distance < least) {
+        least = distance;
+        best = {leaving, entering, true};
+      }
+    }
+  }
+  if (least == kInfinite) {
+    throw Error(ErrorKind::kData,
+                "no segment of two frames to go on with from texton " + std::to_string(texton_));
+  }
+  return best;
+}
+
+TextonChange TextonWalk::next() {
+  const TextonChange change = drawn_change({}).value_or(TextonChange{0, 0, true});
+  const TextonChange made = change.jump ? nearest_change({}) : change;
+  texton_ = texture_.segments[at(made.entering)].texton;
+  ++visits_[at(texton_)];
+  return made;
+}
+
+TextonChange TextonWalk::go_to(int texton) {
+  if (texton < 0 || texton >= texture_.texton_count() || segments_[at(texton)].empty()) {
+    throw Error(ErrorKind::kUsage,
+                "there is no texton " + std::to_string(texton) + " with a segment");
+  }
+  const auto change = drawn_change(texton);
+  const TextonChange made = change ? *change : nearest_change(texton);
+  texton_ = texton;
+  ++visits_[at(texton_)];
+  return made;
+}
+
+}  // namespace laban::texture

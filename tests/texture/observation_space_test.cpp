@@ -1,0 +1,81 @@
+#include "laban/texture/observation_space.h"
+
+#include <gtest/gtest.h>
+
+#include "laban/base/error.h"
+#include "laban/base/rng.h"
+#include "laban/io/clip_file.h"
+#include "laban/math/rotation.h"
+#include "laban/motion/humanoid.h"
+#include "laban/motion/resample.h"
+#include "laban/motion/retarget.h"
+
+namespace laban::texture {
+namespace {
+
+using Eigen::MatrixXd;
+
+motion::PoseMatrix pose_of(const std::string& name) {
+  const motion::Capture capture = motion::find_capture(
+      io::read_clip(LABAN_SOURCE_DIR "/data/phrase/" + name + ".bvh").clip);
+  return motion::to_pose_matrix(capture.clip, capture.humanoid);
+}
+
+/// The largest angle between two captures' joints.
+double largest_angle(const motion::PoseMatrix& a, const motion::PoseMatrix& b) {
+  double largest = 0.0;
+  for (int f = 0; f < a.frame_count(); ++f) {
+    for (int s = 0; s < motion::kStandardJointCount; ++s) {
+      largest = std::max(largest, math::angle_between(math::exp(a.angles.block<3, 1>(3 * s, f)),
+                                                      math::exp(b.angles.block<3, 1>(3 * s, f))));
+    }
+  }
+  return largest;
+}
+
+TEST(ObservationSpace, PosesComeBack) {
+  const std::vector<motion::PoseMatrix> takes = {pose_of("phrase_walk_p01"),
+                                                 pose_of("phrase_bow_p02")};
+  const ObservationSpace space = learn_observation_space(takes);
+  for (const motion::PoseMatrix& take : takes) {
+    const motion::PoseMatrix back =
+        poses_of(space, observe(space, take), take.frame_rate_hz, take.leg_length_m);
+    EXPECT_LT(largest_angle(take, back), 1e-9);
+    EXPECT_TRUE(back.height.isApprox(take.height, 1e-12));
+    EXPECT_TRUE(back.steps.isApprox(take.steps, 1e-12));
+    EXPECT_EQ(back.frame_rate_hz, take.frame_rate_hz);
+  }
+}
+
+TEST(ObservationSpace, AnglesAreAwayFromTheMeanPose) {
+  const std::vector<motion::PoseMatrix> takes = {pose_of("phrase_walk_p01")};
+  const ObservationSpace space = learn_observation_space(takes);
+  const MatrixXd y = observe(space, takes.front());
+  // The mean of the logarithms about the mean rotation vanishes but for the sphere's curvature.
+  EXPECT_LT(y.topRows(motion::kAngleRowCount).rowwise().mean().cwiseAbs().maxCoeff(), 0.02);
+  EXPECT_LT(y.topRows(motion::kAngleRowCount).cwiseAbs().maxCoeff(), 2.0);
+  EXPECT_GT(takes.front().angles.rowwise().mean().cwiseAbs().maxCoeff(), 0.3);
+}
+
+// What steps weigh must not depend on the rate: half of it, steps twice as long.
+TEST(ObservationSpace, StepsWeighTheSameAtEveryRate) {
+  const motion::PoseMatrix fast = pose_of("phrase_walk_p01");
+  const motion::PoseMatrix slow = motion::resample(fast, 0.5 * fast.frame_rate_hz);
+  const double at_fast = learn_observation_space({&fast, 1}).scale[kObservationRows - 1];
+  const double at_slow = learn_observation_space({&slow, 1}).scale[kObservationRows - 1];
+  EXPECT_GT(at_fast, 3.0);
+  EXPECT_NEAR(at_fast / at_slow, 2.0, 0.1);
+}
+
+TEST(ObservationSpace, AStillBodyHasPlainSteps) {
+  const motion::PoseMatrix walk = pose_of("phrase_walk_p01");
+  const motion::PoseMatrix still = walk.slice(0, 1);
+  const ObservationSpace space = learn_observation_space({&still, 1});
+  EXPECT_EQ(space.scale, Eigen::VectorXd::Ones(kObservationRows));
+  EXPECT_TRUE(observe(space, still).allFinite());
+  EXPECT_THROW((void)learn_observation_space({}), base::Error);
+  EXPECT_THROW((void)poses_of(space, MatrixXd::Zero(3, 2), 60.0, 0.9), base::Error);
+}
+
+}  // namespace
+}  // namespace laban::texture

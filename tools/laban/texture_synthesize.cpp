@@ -1,0 +1,272 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include <fmt/core.h>
+
+#include "laban/base/error.h"
+#include "laban/draw/contact_sheet.h"
+#include "laban/io/bvh.h"
+#include "laban/texture/choreography.h"
+#include "laban/texture/texture_motion.h"
+
+#include "texture.h"
+#include "texture_play.h"
+
+namespace laban::cli {
+namespace {
+
+using base::Error;
+using base::ErrorKind;
+
+// Frames of an endless BVH: its header must give a number, and readers take more than this for an
+// error.
+constexpr std::int64_t kEndlessFrames = 2147483647;
+constexpr int kMostFrames = 10'000'000;
+constexpr int kStreamPieceFrames = 256;
+
+struct SynthesizeVerb {
+  Common common;
+  ReadClipOptions reading;
+  WriteClipOptions writing;
+  texture::TextureMotionOptions options;
+  std::string input;
+  std::string output;
+  std::string report;
+  std::string picture;
+  std::string from;
+  std::string to;
+  std::vector<int> path;
+  std::optional<int> frames;
+  std::optional<double> seconds;
+  bool stream = false;
+  bool no_foot_fix = false;
+};
+
+struct Made {
+  motion::Clip clip;
+  std::vector<texture::TextonPart> parts;
+};
+
+texture::TextureMotionOptions resolved(const SynthesizeVerb& verb) {
+  texture::TextureMotionOptions options = verb.options;
+  options.seed = verb.common.seed;
+  options.hold_feet = !verb.no_foot_fix;
+  return options;
+}
+
+std::optional<int> frames_asked(const SynthesizeVerb& verb, double rate_hz) {
+  if (verb.frames) return verb.frames;
+  if (!verb.seconds) return std::nullopt;
+  const double frames = std::round(*verb.seconds * rate_hz);
+  if (frames < 1.0 || frames > kMostFrames) {
+    throw Error(ErrorKind::kUsage, fmt::format("--seconds {:g} at {:g} Hz makes {:g} frames; 1 to "
+                                               "{} can be made, more by --stream",
+                                               *verb.seconds, rate_hz, frames, kMostFrames));
+  }
+  return static_cast<int>(frames);
+}
+
+Made play(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
+          const std::vector<texture::PlannedTexton>& path, const texture::PathEnds& ends) {
+  texture::PathMotion motion = texture::synthesize_path(texture, path, ends, resolved(verb));
+  return {texture::play_observations(texture, motion.observations, !verb.no_foot_fix),
+          std::move(motion.parts)};
+}
+
+Made make_choreography(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
+                       PoseReader& poses) {
+  const texture::PathEnds ends{poses.pair("--from", verb.from, 1), poses.pair("--to", verb.to, -1)};
+  const texture::Choreography plan = texture::plan_choreography(
+      texture, *ends.from, *ends.to, *frames_asked(verb, texture.frame_rate_hz));
+  return play(verb, texture, plan.path, ends);
+}
+
+Made make_path(const SynthesizeVerb& verb, const texture::MotionTexture& texture) {
+  std::vector<texture::PlannedTexton> path;
+  for (const int texton : verb.path) path.push_back({texton, std::nullopt});
+  return play(verb, texture, path, {});
+}
+
+Made make_walk(const SynthesizeVerb& verb, const texture::MotionTexture& texture) {
+  texture::TextureMotion motion(texture, resolved(verb));
+  texture::TextureClip made = motion.next(*frames_asked(verb, texture.frame_rate_hz));
+  return {std::move(made.clip), std::move(made.parts)};
+}
+
+Made make(const SynthesizeVerb& verb, const texture::MotionTexture& texture, PoseReader& poses) {
+  if (!verb.from.empty()) return make_choreography(verb, texture, poses);
+  return verb.path.empty() ? make_walk(verb, texture) : make_path(verb, texture);
+}
+
+/// Rows to stdout as they are made: memory does not grow.
+void stream(const SynthesizeVerb& verb, const texture::MotionTexture& texture) {
+  texture::TextureMotion motion(texture, resolved(verb));
+  const std::optional<int> frames = frames_asked(verb, texture.frame_rate_hz);
+  std::int64_t left = frames ? *frames : kEndlessFrames;
+  std::optional<io::BvhStream> rows;
+  const auto put = [](const std::string& text) {
+    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() ||
+        std::fflush(stdout) != 0) {
+      throw Error(ErrorKind::kIo, "stdout: cannot be written any more");
+    }
+  };
+  while (left > 0) {
+    const int count = static_cast<int>(std::min<std::int64_t>(left, kStreamPieceFrames));
+    const motion::Clip piece = motion.next(count).clip;
+    if (!rows) {
+      rows.emplace(piece, io::BvhWriteOptions{});
+      for (const std::string& rename : rows->renames()) warn(verb.common, "stdout: " + rename);
+      put(rows->head(left));
+    }
+    put(rows->rows(piece));
+    left -= count;
+  }
+}
+
+void check_choices(const SynthesizeVerb& verb) {
+  const auto usage = [](const char* what) { throw Error(ErrorKind::kUsage, what); };
+  const bool timed = verb.frames || verb.seconds;
+  if (verb.from.empty() != verb.to.empty()) usage("--from and --to go together");
+  if (!verb.path.empty() && (!verb.from.empty() || timed || verb.options.first)) {
+    usage(
+        "--path says what is danced and how long; leave --from, --to, --frames, --seconds and "
+        "--first out");
+  }
+  if (!verb.from.empty() && verb.options.first)
+    usage("--from says how it begins; leave --first out");
+  if (verb.stream) {
+    if (!verb.path.empty() || !verb.from.empty()) usage("--stream is for a random walk");
+    if (verb.output != "-") {
+      usage("--stream writes to stdout, -o -; a file appears whole, without --stream");
+    }
+    if (!verb.writing.format.empty() && verb.writing.format != "bvh") {
+      usage("--stream writes BVH, the one format whose rows may come one by one");
+    }
+    if (verb.writing.up_axis != "y") usage("--stream writes +Y up");
+    if (!verb.report.empty() || !verb.picture.empty() || verb.common.json) {
+      usage("--stream has no end to report: --report, --picture and --json are for files");
+    }
+  } else if (verb.path.empty() && !timed) {
+    usage("say how long: --frames N, --seconds S or --stream");
+  }
+}
+
+Json report_json(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
+                 const Made& made, const std::vector<InputRecord>& records) {
+  return {{"schema", "laban.texture_synthesize/1"},
+          {"output", verb.output},
+          {"frames", made.clip.frame_count()},
+          {"frame_rate_hz", made.clip.frame_rate_hz()},
+          {"textons", to_json(made.parts)},
+          {"quality", quality_json(texture, made.clip)},
+          {"run", run_record("texture synthesize",
+                             {{"frames", made.clip.frame_count()},
+                              {"from", verb.from},
+                              {"to", verb.to},
+                              {"path", verb.path},
+                              {"first", verb.options.first ? Json(*verb.options.first) : Json()},
+                              {"noise", verb.options.noise_level},
+                              {"variation", verb.options.variation},
+                              {"foot_fix", !verb.no_foot_fix},
+                              {"seed", verb.common.seed}},
+                             records)}};
+}
+
+void write_picture(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
+                   const Made& made) {
+  const double rate_hz = made.clip.frame_rate_hz();
+  draw::Strip strip{
+      with_standard_names(made.clip, texture.rig.humanoid),
+      std::filesystem::path(verb.output).stem().string(),
+      {},
+      fmt::format("{} frames at {:g} Hz, textons marked", made.clip.frame_count(), rate_hz)};
+  for (const texture::TextonPart& part : made.parts) {
+    if (part.begin > 0) strip.marks_s.push_back(static_cast<double>(part.begin) / rate_hz);
+  }
+  draw::ContactSheetOptions options;
+  options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
+  write_bytes(verb.picture, draw::contact_sheet({&strip, 1}, options), verb.common);
+}
+
+void warn_of_jumps(const SynthesizeVerb& verb, const Made& made) {
+  const auto jumps = std::count_if(made.parts.begin(),
+                                   made.parts.empty() ? made.parts.end() : made.parts.end() - 1,
+                                   [](const texture::TextonPart& part) { return part.jump; });
+  if (jumps == 0) return;
+  warn(verb.common, fmt::format("{} time{} nothing in the captures goes from a texton to the next; "
+                                "the motion goes on at the nearest pose",
+                                jumps, jumps == 1 ? "" : "s"));
+}
+
+void run(const SynthesizeVerb& verb) {
+  check_choices(verb);
+  InputRecord record;
+  if (verb.stream) return stream(verb, read_texture_file(verb.input, record));
+  check_outputs(verb.common, {verb.output, verb.report, verb.picture});
+  static_cast<void>(check_clip_output(verb.output, verb.writing));
+  if (!verb.picture.empty()) static_cast<void>(is_svg(verb.picture));
+  const texture::MotionTexture texture = read_texture_file(verb.input, record);
+  PoseReader poses(texture, verb.reading, verb.common);
+  const Made made = make(verb, texture, poses);
+  warn_of_jumps(verb, made);
+  write_clip(verb.output, made.clip, verb.common, {}, verb.writing);
+  if (!verb.picture.empty()) write_picture(verb, texture, made);
+  std::vector<InputRecord> records{record};
+  records.insert(records.end(), poses.records().begin(), poses.records().end());
+  const Json json = report_json(verb, texture, made, records);
+  if (!verb.report.empty()) write_bytes(verb.report, json.dump(2) + "\n", verb.common);
+  if (verb.output == "-") return;
+  if (verb.common.json) {
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  fmt::print("{}: {} frames at {:g} Hz ({:.2f} s), {} textons\n{}", verb.output,
+             made.clip.frame_count(), made.clip.frame_rate_hz(), made.clip.duration_s(),
+             made.parts.size(), to_text(made.parts));
+}
+
+}  // namespace
+
+void add_texture_synthesize(CLI::App* texture) {
+  auto verb = std::make_shared<SynthesizeVerb>();
+  CLI::App* sub =
+      add_verb(*texture, "synthesize", "Make new motion of textons",
+               "laban texture synthesize dance.texture --seconds 60 --seed 1 -o new.bvh\n"
+               "  laban texture synthesize dance.texture --from clip.bvh:0 --to clip.bvh:900 "
+               "--frames 320 -o choreo.bvh");
+  sub->add_option("TEXTURE", verb->input, "texture file (.texture)")->required();
+  sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
+      ->required();
+  CLI::Option* frames = sub->add_option("--frames", verb->frames, "frames to make")
+                            ->check(CLI::Range(1, kMostFrames));
+  sub->add_option("--seconds", verb->seconds, "seconds to make")
+      ->check(CLI::PositiveNumber)
+      ->excludes(frames);
+  sub->add_flag("--stream", verb->stream,
+                "BVH to stdout as it is made, in constant memory; without --frames or --seconds "
+                "until the reader closes");
+  sub->add_option("--from", verb->from, "pose CLIP:FRAME to begin with: a path of textons to --to");
+  sub->add_option("--to", verb->to, "pose CLIP:FRAME to end with, after --frames");
+  sub->add_option("--path", verb->path, "textons to play, in order, as 'texture path' prints them")
+      ->expected(1, -1);
+  sub->add_option("--first", verb->options.first, "texton to begin the walk with (default: drawn)");
+  sub->add_option("--noise", verb->options.noise_level,
+                  "how much drives it, of what did in the captures; 0: the likeliest motion")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+  sub->add_option("--variation", verb->options.variation,
+                  "share of that which is drawn anew; 0: what drove the captures, 1: all")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  sub->add_flag("--no-foot-fix", verb->no_foot_fix, "leave feet as they come");
+  sub->add_option("--report", verb->report, "JSON report to write");
+  sub->add_option("--picture", verb->picture, "contact sheet to write (.png or .svg)");
+  add_read_options(sub, verb->reading);
+  add_write_options(sub, verb->writing);
+  add_common(sub, verb->common, {.writes = true, .seed = true});
+  sub->callback([verb] { run(*verb); });
+}
+
+}  // namespace laban::cli
