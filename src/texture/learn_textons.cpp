@@ -10,6 +10,7 @@
 #include "laban/texture/semi_markov_search.h"
 
 #include "texture/greedy_segmentation.h"
+#include "texture/merge_textons.h"
 #include "texture/term_table.h"
 
 namespace laban::texture {
@@ -292,7 +293,7 @@ class Start {
     if (options_.textons) return with_textons(*options_.textons, report);
     if (options_.threshold) {
       report.threshold = *options_.threshold;
-      return at(*options_.threshold);
+      return merged(*options_.threshold);
     }
     return by_bic(report);
   }
@@ -302,6 +303,9 @@ class Start {
                                         int most = std::numeric_limits<int>::max()) const {
     return segment_greedily(observations_, y_, takes_,
                             {options_.min_frames, threshold, most, options_.fit});
+  }
+  [[nodiscard]] std::vector<Segment> merged(double threshold) const {
+    return merge_textons(observations_, y_, at(threshold), options_.fit, options_.threads);
   }
   [[nodiscard]] static int count_textons(const std::vector<Segment>& segments) {
     int count = 0;
@@ -324,9 +328,8 @@ class Start {
   }
 
   LearningCandidate evaluate(double threshold) const {
-    std::vector<Segment> segments = at(threshold);
     HardEm em(observations_, y_, takes_, options_);
-    em.begin(std::move(segments));
+    em.begin(merged(threshold));
     LearningCandidate candidate{threshold, static_cast<int>(em.state().textons.size()),
                                 em.log_likelihood(), 0.0};
     candidate.bic = bayesian_information(em.state(), em.log_likelihood());
@@ -348,7 +351,7 @@ class Start {
     report.threshold = find_best(report);
     std::sort(report.candidates.begin(), report.candidates.end(),
               [](const auto& a, const auto& b) { return a.threshold < b.threshold; });
-    return at(report.threshold);
+    return merged(report.threshold);
   }
   void evaluate_all(const std::vector<double>& exponents, double least, double from, double to,
                     LearningReport& report) {
