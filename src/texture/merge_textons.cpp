@@ -144,8 +144,8 @@ class Merger {
       const Cluster& a = clusters_[static_cast<std::size_t>(pairs[cell].first)];
       const Cluster& b = clusters_[static_cast<std::size_t>(pairs[cell].second)];
       const Cluster both = fitted(joined(a, b));
-      const int saved = parameter_count(a.texton) + parameter_count(b.texton) -
-                        parameter_count(both.texton);
+      const int saved =
+          parameter_count(a.texton) + parameter_count(b.texton) - parameter_count(both.texton);
       gains[cell] = both.log_likelihood - a.log_likelihood - b.log_likelihood +
                     0.5 * saved * std::log(static_cast<double>(observations_.cols()));
     });

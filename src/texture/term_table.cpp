@@ -60,8 +60,8 @@ MatrixXd whitener(const MatrixXd& covariance) {
 FloatObservations::FloatObservations(const MatrixXd& observations)
     : mean(observations.rowwise().mean()) {
   if (observations.rows() > kTileRows) {
-    throw Error(ErrorKind::kUsage, "texture: an observation has at most " +
-                                       std::to_string(kTileRows) + " rows");
+    throw Error(ErrorKind::kUsage,
+                "texture: an observation has at most " + std::to_string(kTileRows) + " rows");
   }
   values = (observations.colwise() - mean).cast<float>();
 }
@@ -100,8 +100,7 @@ TextonPack::TextonPack(const Texton& texton, const VectorXd& mean, bool whitened
   const Index m = states_;
   const VectorXd away = texton.mean - mean;
   mean_.resize(static_cast<std::size_t>(rows_));
-  for (int r = 0; r < rows_; ++r)
-    mean_[static_cast<std::size_t>(r)] = static_cast<float>(away[r]);
+  for (int r = 0; r < rows_; ++r) mean_[static_cast<std::size_t>(r)] = static_cast<float>(away[r]);
   basis_ = pack(texton.basis.transpose(), -(texton.basis.transpose() * away));
   const LinearDynamics& dynamics = texton.dynamics;
   const MatrixXd white =
@@ -117,10 +116,8 @@ TextonPack::TextonPack(const Texton& texton, const VectorXd& mean, bool whitened
   const auto states = static_cast<double>(m);
   const double outside = static_cast<double>(rows_) - states;
   const double residual = -0.5 * outside * (kLogTwoPi + std::log(texton.residual_variance));
-  step_constant_ =
-      residual - 0.5 * states * kLogTwoPi + white.diagonal().array().log().sum();
-  start_constant_ =
-      2.0 * residual - states * kLogTwoPi + start.diagonal().array().log().sum();
+  step_constant_ = residual - 0.5 * states * kLogTwoPi + white.diagonal().array().log().sum();
+  start_constant_ = 2.0 * residual - states * kLogTwoPi + start.diagonal().array().log().sum();
   residual_weight_ = 1.0 / texton.residual_variance;
 }
 
@@ -143,8 +140,8 @@ void TextonPack::squared_errors(const FloatObservations& y, int begin, int end, 
   }
 }
 
-void TextonPack::terms(const FloatObservations& y, int take_begin, int take_end, int begin,
-                       int end, float* step, float* start) const {
+void TextonPack::terms(const FloatObservations& y, int take_begin, int take_end, int begin, int end,
+                       float* step, float* start) const {
   const PackedTexton texton = view();
   const auto weight = static_cast<float>(residual_weight_);
   const auto step_constant = static_cast<float>(step_constant_);
@@ -162,11 +159,11 @@ void TextonPack::terms(const FloatObservations& y, int take_begin, int take_end,
       step[out] = frame < take_begin + 2
                       ? 0.0F
                       : step_constant - 0.5F * (tile.innovation[c] + weight * tile.residual[c]);
-      start[out] = frame + 1 >= take_end
-                       ? 0.0F
-                       : start_constant -
-                             0.5F * (tile.start[c] +
-                                     weight * (tile.residual[c] + tile.residual[c + 1]));
+      start[out] =
+          frame + 1 >= take_end
+              ? 0.0F
+              : start_constant -
+                    0.5F * (tile.start[c] + weight * (tile.residual[c] + tile.residual[c + 1]));
     }
   }
 }

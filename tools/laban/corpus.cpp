@@ -108,8 +108,8 @@ ReadFragments fragments_of_table(const CorpusVerb& verb) {
   for (CutFragment& cut : read_table_fragments(verb.table, verb.common)) {
     const std::string& content = cut.row.content;
     if (content.empty()) ++without_content;
-    if (!verb.contents.empty() && std::find(verb.contents.begin(), verb.contents.end(), content) ==
-                                      verb.contents.end()) {
+    if (!verb.contents.empty() &&
+        std::find(verb.contents.begin(), verb.contents.end(), content) == verb.contents.end()) {
       continue;
     }
     effort::LabelRow row;

@@ -158,11 +158,11 @@ std::string texture_text(const MotionTexture& texture, bool each) {
   for (int i = 0; i < texture.texton_count(); ++i) {
     const auto cell = static_cast<std::size_t>(i);
     const int next = next_of(texture, i);
-    text += fmt::format("  {:>4}: {:>3} segment{} of {} to {} frames, {} states{}\n", i,
-                        facts[cell].segments, facts[cell].segments == 1 ? " " : "s",
-                        facts[cell].shortest, facts[cell].longest,
-                        texture.textons[cell].dimension(),
-                        next < 0 ? ", then nothing" : fmt::format(", then mostly {}", next));
+    text +=
+        fmt::format("  {:>4}: {:>3} segment{} of {} to {} frames, {} states{}\n", i,
+                    facts[cell].segments, facts[cell].segments == 1 ? " " : "s",
+                    facts[cell].shortest, facts[cell].longest, texture.textons[cell].dimension(),
+                    next < 0 ? ", then nothing" : fmt::format(", then mostly {}", next));
   }
   return text;
 }
