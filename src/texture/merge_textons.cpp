@@ -94,24 +94,26 @@ class Merger {
   /// Nt x Nt: what texton j (column) says of the segments of i (row), per frame.
   [[nodiscard]] MatrixXd cross_likelihoods() const {
     const auto count = static_cast<Index>(clusters_.size());
-    MatrixXd cross(count, count);
-    math::parallel_for(static_cast<int>(count), threads_, [&](int j) {
-      const TextonPack pack(clusters_[static_cast<std::size_t>(j)].texton, y_.mean, true);
-      std::vector<float> step;
-      std::vector<float> start;
-      for (Index i = 0; i < count; ++i) {
-        double sum = 0.0;
-        double frames = 0.0;
-        for (const Segment& segment : clusters_[static_cast<std::size_t>(i)].segments) {
-          const int end = segment.begin + segment.length;
-          step.resize(static_cast<std::size_t>(segment.length));
-          start.resize(step.size());
-          pack.terms(y_, segment.begin, end, segment.begin, end, step.data(), start.data());
-          for (const float term : step) sum += static_cast<double>(term);
-          frames += segment.length;
+    MatrixXd cross = MatrixXd::Zero(count, count);
+    std::vector<TextonPack> packs;
+    for (const Cluster& cluster : clusters_) packs.emplace_back(cluster.texton, y_.mean, true);
+    math::parallel_for(static_cast<int>(count), threads_, [&](int i) {
+      FrameTile tile;
+      float step[kTileColumns];
+      float start[kTileColumns];
+      double frames = 0.0;
+      for (const Segment& segment : clusters_[static_cast<std::size_t>(i)].segments) {
+        const int end = segment.begin + segment.length;
+        frames += segment.length;
+        for (int from = segment.begin; from < end; from += FrameTile::kMostFrames) {
+          tile.load(y_, from, std::min(FrameTile::kMostFrames, end - from), segment.begin, end);
+          for (Index j = 0; j < count; ++j) {
+            packs[static_cast<std::size_t>(j)].terms(tile, segment.begin, end, step, start);
+            for (int n = 0; n < tile.count; ++n) cross(i, j) += static_cast<double>(step[n]);
+          }
         }
-        cross(i, j) = sum / frames;
       }
+      cross.row(i) /= frames;
     });
     return cross;
   }
