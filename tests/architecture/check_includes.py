@@ -20,6 +20,7 @@ BUILDS_ON = {
     "transfer": ["blend", "effort"],
     "loop": ["motion"],
     "manifold": ["motion"],
+    "texture": ["motion"],
     "draw": ["motion"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

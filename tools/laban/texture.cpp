@@ -56,19 +56,19 @@ draw::MatrixChart transition_chart(const MotionTexture& texture) {
   return chart;
 }
 
-draw::ChartPanel likelihood_panel(const LearningReport& report) {
+draw::ChartPanel likelihood_panel(const LearningReport& report, double frames) {
   draw::ChartPanel panel;
   panel.title = "Learning";
   panel.x.label = "round";
-  panel.y.label = "log-likelihood, nats";
+  panel.y.label = "nats a frame above the start";
   draw::Curve curve;
   curve.name = "log-likelihood";
   curve.markers = true;
   curve.x = {0.0};
-  curve.y = {report.start_log_likelihood};
+  curve.y = {0.0};
   for (std::size_t n = 0; n < report.rounds.size(); ++n) {
     curve.x.push_back(static_cast<double>(n + 1));
-    curve.y.push_back(report.rounds[n].log_likelihood);
+    curve.y.push_back((report.rounds[n].log_likelihood - report.start_log_likelihood) / frames);
   }
   panel.curves = {std::move(curve)};
   return panel;
@@ -228,7 +228,8 @@ std::string texture_picture(const MotionTexture& texture, const LearningReport& 
   draw::LineChart curves;
   curves.title = title;
   curves.columns = 1;
-  curves.panels = {likelihood_panel(report), length_panel(texture)};
+  const auto frames = static_cast<double>(texture.observations.cols());
+  curves.panels = {likelihood_panel(report, frames), length_panel(texture)};
   if (!report.candidates.empty()) curves.panels.push_back(start_panel(report));
   const std::vector<draw::ChartTile> tiles = {
       {transition_chart(texture), 0.0, 0.0, kMatrix, kHeight},
