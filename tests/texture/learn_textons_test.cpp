@@ -64,10 +64,12 @@ TEST(LearnTextons, BicFindsHowManyThereAre) {
   const LearntTextons learnt = learn_textons(corpus.observations, corpus.takes, options);
   EXPECT_EQ(learnt.textons.size(), 4U);
   ASSERT_GE(learnt.report.candidates.size(), 5U);
-  const auto best =
-      std::min_element(learnt.report.candidates.begin(), learnt.report.candidates.end(),
-                       [](const auto& a, const auto& b) { return a.bic < b.bic; });
-  EXPECT_EQ(best->threshold, learnt.report.threshold);
+  for (const LearningCandidate& chosen : learnt.report.candidates) {
+    if (chosen.threshold != learnt.report.threshold) continue;
+    for (const LearningCandidate& other : learnt.report.candidates) {
+      EXPECT_LE(chosen.bic, other.bic);
+    }
+  }
 }
 
 TEST(LearnTextons, StartsWithTheNumberAskedFor) {
@@ -178,7 +180,7 @@ TEST(LearnTextons, StopsWhenAskedTo) {
   const KnownCorpus corpus = known_corpus(3, 2, 4, 1);
   TextureLearning options = four_states(0.0);
   options.threshold.reset();
-  for (const int calls : {0, 3, 9}) {
+  for (const int calls : {0, 3, 6}) {
     StopAfter progress(calls);
     EXPECT_THROW((void)learn_textons(corpus.observations, corpus.takes, options, &progress),
                  base::Error);
