@@ -10,6 +10,7 @@
 #include "laban/texture/semi_markov_search.h"
 
 #include "texture/greedy_segmentation.h"
+#include "texture/merge_textons.h"
 #include "texture/term_table.h"
 
 namespace laban::texture {
@@ -110,8 +111,7 @@ void count_changes(const std::vector<Segment>& before, const std::vector<Segment
                    LearningRound& round) {
   std::set<int> cuts;
   for (const Segment& segment : before) cuts.insert(segment.begin);
-  for (const Segment& segment : after)
-    round.changed_cuts += cuts.contains(segment.begin) ? 0 : 1;
+  for (const Segment& segment : after) round.changed_cuts += cuts.contains(segment.begin) ? 0 : 1;
   std::size_t at = 0;
   for (const Segment& segment : after) {
     int frame = segment.begin;
@@ -201,8 +201,8 @@ class HardEm {
       const auto& segments = paths[n].segments;
       for (std::size_t s = 0; s < segments.size(); ++s) {
         const int end = s + 1 < segments.size() ? segments[s + 1].begin : takes_[n].length;
-        found.push_back({takes_[n].begin + segments[s].begin, end - segments[s].begin,
-                         segments[s].texton});
+        found.push_back(
+            {takes_[n].begin + segments[s].begin, end - segments[s].begin, segments[s].texton});
       }
     }
     count_changes(state_.segments, found, round);
@@ -292,7 +292,7 @@ class Start {
     if (options_.textons) return with_textons(*options_.textons, report);
     if (options_.threshold) {
       report.threshold = *options_.threshold;
-      return at(*options_.threshold);
+      return merged(*options_.threshold);
     }
     return by_bic(report);
   }
@@ -302,6 +302,9 @@ class Start {
                                         int most = std::numeric_limits<int>::max()) const {
     return segment_greedily(observations_, y_, takes_,
                             {options_.min_frames, threshold, most, options_.fit});
+  }
+  [[nodiscard]] std::vector<Segment> merged(double threshold) const {
+    return merge_textons(observations_, y_, at(threshold), options_.fit, options_.threads);
   }
   [[nodiscard]] static int count_textons(const std::vector<Segment>& segments) {
     int count = 0;
@@ -323,45 +326,39 @@ class Start {
     return at(low, wanted);
   }
 
-  LearningCandidate evaluate(double threshold) const {
-    std::vector<Segment> segments = at(threshold);
-    HardEm em(observations_, y_, takes_, options_);
-    em.begin(std::move(segments));
-    LearningCandidate candidate{threshold, static_cast<int>(em.state().textons.size()),
-                                em.log_likelihood(), 0.0};
-    candidate.bic = bayesian_information(em.state(), em.log_likelihood());
-    return candidate;
-  }
-
   /// A grid of thresholds, then the middles beside the best. EM moves each of them up by about as
   /// much, so they are compared as they start.
   std::vector<Segment> by_bic(LearningReport& report) {
-    constexpr int kGrid = 7;
-    constexpr double kLeast = 0.1;
-    constexpr double kMost = 0.8;
+    constexpr int kGrid = 4;
+    constexpr double kLeast = 0.1;  // of the observations' spread
+    constexpr double kMost = 0.4;
     const double step = std::log(kMost / kLeast) / (kGrid - 1);
-    std::vector<double> exponents;
-    for (int n = 0; n < kGrid; ++n) exponents.push_back(n * step);
-    evaluate_all(exponents, kLeast, 0.0, 0.7, report);
-    const double best = std::log(find_best(report) / (kLeast * spread_));
-    evaluate_all({best - 0.5 * step, best + 0.5 * step}, kLeast, 0.7, 1.0, report);
-    report.threshold = find_best(report);
-    std::sort(report.candidates.begin(), report.candidates.end(),
-              [](const auto& a, const auto& b) { return a.threshold < b.threshold; });
-    return at(report.threshold);
-  }
-  void evaluate_all(const std::vector<double>& exponents, double least, double from, double to,
-                    LearningReport& report) {
-    for (std::size_t n = 0; n < exponents.size(); ++n) {
-      tell(progress_, 0.6 * (from + (to - from) * static_cast<double>(n) /
-                                        static_cast<double>(exponents.size())));
-      report.candidates.push_back(evaluate(least * spread_ * std::exp(exponents[n])));
+    for (int n = 0; n < kGrid; ++n) {
+      tell(progress_, 0.4 * n / kGrid);
+      compare(kLeast * spread_ * std::exp(n * step), report);
     }
+    const double best = report.threshold;
+    for (const double side : {-0.5, 0.5}) {
+      tell(progress_, side < 0.0 ? 0.4 : 0.5);
+      compare(best * std::exp(side * step), report);
+    }
+    std::sort(report.candidates.begin(), report.candidates.end(),
+              [](const auto& one, const auto& other) { return one.threshold < other.threshold; });
+    return std::move(best_);
   }
-  [[nodiscard]] static double find_best(const LearningReport& report) {
-    return std::min_element(report.candidates.begin(), report.candidates.end(),
-                            [](const auto& a, const auto& b) { return a.bic < b.bic; })
-        ->threshold;
+
+  /// Keeps the start at a threshold if it is the best so far.
+  void compare(double threshold, LearningReport& report) {
+    std::vector<Segment> segments = merged(threshold);
+    HardEm em(observations_, y_, takes_, options_);
+    em.begin(segments);
+    const double bic = bayesian_information(em.state(), em.log_likelihood());
+    report.candidates.push_back(
+        {threshold, static_cast<int>(em.state().textons.size()), em.log_likelihood(), bic});
+    if (!best_.empty() && bic >= best_bic_) return;
+    best_ = std::move(segments);
+    best_bic_ = bic;
+    report.threshold = threshold;
   }
 
   const MatrixXd& observations_;
@@ -369,7 +366,9 @@ class Start {
   const std::vector<Take>& takes_;
   const TextureLearning& options_;
   base::Progress* progress_;
-  double spread_;  // rms of a row about its mean
+  double spread_;              // rms of a row about its mean
+  std::vector<Segment> best_;  // of those compared
+  double best_bic_ = 0.0;
 };
 
 }  // namespace
@@ -382,8 +381,7 @@ std::vector<std::string> TextureLearning::problems() const {
   require(!frame_rate_hz || (*frame_rate_hz > 0.0 && std::isfinite(*frame_rate_hz)),
           "frame_rate_hz must be positive");
   require(min_frames >= 3, "min_frames = " + std::to_string(min_frames) + " (must be >= 3)");
-  require(!threshold || (*threshold >= 0.0 && std::isfinite(*threshold)),
-          "threshold must be >= 0");
+  require(!threshold || (*threshold >= 0.0 && std::isfinite(*threshold)), "threshold must be >= 0");
   require(!textons || *textons >= 1, "textons must be >= 1");
   require(!textons || !threshold, "textons and threshold exclude each other");
   require(max_rounds >= 0, "max_rounds must be >= 0");
@@ -401,8 +399,7 @@ double log_likelihood(const MatrixXd& observations, const std::vector<Take>& tak
     if (!lists[i].empty()) sum += segments_log_likelihood(observations, textons[i], lists[i]);
   }
   const MatrixXd transitions = normalized(transition_counts);
-  for_neighbors(takes, segments,
-                [&](int from, int to) { sum += std::log(transitions(from, to)); });
+  for_neighbors(takes, segments, [&](int from, int to) { sum += std::log(transitions(from, to)); });
   return sum;
 }
 
@@ -433,17 +430,14 @@ LearntTextons learn_textons(const MatrixXd& observations, const std::vector<Take
     em.state().report = std::move(report);
   }
   LearningReport& report = em.state().report;
-  report.end = LearningEnd::kMaxRounds;
-  while (static_cast<int>(report.rounds.size()) < options.max_rounds) {
+  bool more = go_on == nullptr || report.end != LearningEnd::kConverged;
+  while (more && static_cast<int>(report.rounds.size()) < options.max_rounds) {
     // How many rounds there will be is not known: the share done comes ever nearer to 1.
     tell(progress, 1.0 - 0.4 * std::pow(0.8, static_cast<double>(report.rounds.size())));
-    const bool more = em.round();
+    more = em.round();
+    report.end = more ? LearningEnd::kMaxRounds : LearningEnd::kConverged;
     report.bic = bayesian_information(em.state(), em.log_likelihood());
     if (listener) listener(em.state());
-    if (!more) {
-      report.end = LearningEnd::kConverged;
-      break;
-    }
   }
   report.bic = bayesian_information(em.state(), em.log_likelihood());
   return std::move(em.state());

@@ -46,8 +46,7 @@ Corpus observe_all(std::span<const TextureSource> sources, double rate_hz, int t
 
 TextureRig make_rig(const motion::Capture& first, double rate_hz) {
   const motion::Clip clip = motion::resample(first.clip, rate_hz);
-  return {clip.slice(0, 1), first.humanoid,
-          motion::find_foot_contacts(clip, first.humanoid).floor};
+  return {clip.slice(0, 1), first.humanoid, motion::find_foot_contacts(clip, first.humanoid).floor};
 }
 
 LearntTexture assemble(const Corpus& corpus, const TextureRig& rig, double rate_hz,

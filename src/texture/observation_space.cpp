@@ -43,7 +43,8 @@ Quaterniond mean_rotation(std::span<const PoseMatrix> takes, int joint) {
 Eigen::Matrix3Xd away_from(const Quaterniond& reference, const MatrixXd& angles, int joint) {
   Eigen::Matrix3Xd away(3, angles.cols());
   for (Index f = 0; f < angles.cols(); ++f) {
-    const Vector3d r = math::log(reference.conjugate() * math::exp(angles.block<3, 1>(3 * joint, f)));
+    const Vector3d r =
+        math::log(reference.conjugate() * math::exp(angles.block<3, 1>(3 * joint, f)));
     away.col(f) = f == 0 ? r : math::nearest_branch(r, away.col(f - 1));
   }
   return away;
@@ -90,9 +91,8 @@ MatrixXd observe(const ObservationSpace& space, const PoseMatrix& pose) {
   return space.scale.asDiagonal() * observations;
 }
 
-PoseMatrix poses_of(const ObservationSpace& space,
-                    const Eigen::Ref<const MatrixXd>& observations, double frame_rate_hz,
-                    double leg_length_m) {
+PoseMatrix poses_of(const ObservationSpace& space, const Eigen::Ref<const MatrixXd>& observations,
+                    double frame_rate_hz, double leg_length_m) {
   if (observations.rows() != kObservationRows) {
     throw Error(ErrorKind::kUsage, "poses_of: an observation has " +
                                        std::to_string(kObservationRows) + " rows, not " +

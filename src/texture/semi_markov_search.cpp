@@ -82,11 +82,11 @@ class PathTree {
 /// What is known of one texton over the last frames. Column c of a window is frame
 /// (first frame of the block) - T_min + c: T_min frames of the past, then those of the block.
 struct Window {
-  std::vector<double> delta;    ///< best log-likelihood of the take up to t, the last label i
-  std::vector<int> node;        ///< its last segment
-  std::vector<double> sum;      ///< S_i(t)
-  std::vector<double> start;    ///< start_i(t)
-  double best = kNever;         ///< the running maximum over b
+  std::vector<double> delta;  ///< best log-likelihood of the take up to t, the last label i
+  std::vector<int> node;      ///< its last segment
+  std::vector<double> sum;    ///< S_i(t)
+  std::vector<double> start;  ///< start_i(t)
+  double best = kNever;       ///< the running maximum over b
   int best_node = kNobody;
 };
 

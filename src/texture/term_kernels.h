@@ -2,7 +2,8 @@
 
 namespace laban::texture {
 
-/// Rows of a matrix that the kernels multiply at once, and what numbers of columns are multiples of.
+/// Rows of a matrix that the kernels multiply at once, and what numbers of columns are multiples
+/// of.
 inline constexpr int kGroupRows = 5;
 inline constexpr int kGroupColumns = 16;
 /// Most frames of a tile, a multiple of kGroupColumns; and most rows of an observation.
@@ -15,8 +16,8 @@ inline constexpr int kMostStates = 40;
 /// filled up with zeros: [group][column][row in group].
 struct PackedRows {
   const float* values = nullptr;
-  const float* bias = nullptr;  ///< one a row: what a row's product begins with
-  const int* columns = nullptr; ///< of each group: columns that follow are zero
+  const float* bias = nullptr;   ///< one a row: what a row's product begins with
+  const int* columns = nullptr;  ///< of each group: columns that follow are zero
   int rows = 0;
   int stride = 0;  ///< columns of a group in memory
 };
@@ -35,7 +36,7 @@ struct PackedTexton {
 struct TermEnergies {
   float* residual = nullptr;    ///< |(I - C C') (y_t - mean)|^2
   float* innovation = nullptr;  ///< squared length of the step's rows; columns 0 and 1 mean nothing
-  float* start = nullptr;       ///< of the start's rows at (t, t + 1); the last column means nothing
+  float* start = nullptr;  ///< of the start's rows at (t, t + 1); the last column means nothing
 };
 
 struct TermKernels {

@@ -18,30 +18,6 @@ using Eigen::VectorXd;
 constexpr double kLogTwoPi = 1.8378770664093453;
 // Terms kept from round to round: 400 MB, 900 textons over a quarter of an hour at 60 Hz.
 constexpr double kMostKeptBytes = 400e6;
-// A tile holds two frames before those asked for, and one behind.
-constexpr int kBefore = 2;
-constexpr int kTileFrames = kTileColumns - kBefore - 1;
-
-/// The energies of one tile.
-struct Tile {
-  alignas(64) float values[kTileRows * kTileColumns];
-  alignas(64) float residual[kTileColumns];
-  alignas(64) float innovation[kTileColumns];
-  alignas(64) float start[kTileColumns];
-
-  /// Column 0 is frame `first`; frames outside [low, high) are zero.
-  void load(const FloatObservations& y, int first, int columns, int low, int high) {
-    const int from = std::max(first, low);
-    const int to = std::min(first + columns, high);
-    for (Index r = 0; r < y.values.rows(); ++r) {
-      float* row = values + r * kTileColumns;
-      std::fill(row, row + columns, 0.0F);
-      std::copy(&y.values(r, from), &y.values(r, from) + (to - from), row + (from - first));
-    }
-  }
-  [[nodiscard]] TermEnergies view() { return {residual, innovation, start}; }
-};
-
 int padded(int columns) {
   return (columns + kGroupColumns - 1) / kGroupColumns * kGroupColumns;
 }
@@ -60,10 +36,25 @@ MatrixXd whitener(const MatrixXd& covariance) {
 FloatObservations::FloatObservations(const MatrixXd& observations)
     : mean(observations.rowwise().mean()) {
   if (observations.rows() > kTileRows) {
-    throw Error(ErrorKind::kUsage, "texture: an observation has at most " +
-                                       std::to_string(kTileRows) + " rows");
+    throw Error(ErrorKind::kUsage,
+                "texture: an observation has at most " + std::to_string(kTileRows) + " rows");
   }
   values = (observations.colwise() - mean).cast<float>();
+}
+
+void FrameTile::load(const FloatObservations& y, int frame, int frames, int low, int high) {
+  begin = frame;
+  count = frames;
+  const int first = frame - kBefore;
+  columns = padded(frames + kBefore + 1);
+  const int from = std::max(first, low);
+  const int to = std::min(first + columns, high);
+  for (Index r = 0; r < y.values.rows(); ++r) {
+    float* row = values + r * kTileColumns;
+    std::fill(row, row + columns, 0.0F);
+    const float* source = y.values.data() + r * y.values.cols();
+    std::copy(source + from, source + to, row + (from - first));
+  }
 }
 
 TextonPack::Rows TextonPack::pack(const MatrixXd& matrix, const VectorXd& bias) {
@@ -100,8 +91,7 @@ TextonPack::TextonPack(const Texton& texton, const VectorXd& mean, bool whitened
   const Index m = states_;
   const VectorXd away = texton.mean - mean;
   mean_.resize(static_cast<std::size_t>(rows_));
-  for (int r = 0; r < rows_; ++r)
-    mean_[static_cast<std::size_t>(r)] = static_cast<float>(away[r]);
+  for (int r = 0; r < rows_; ++r) mean_[static_cast<std::size_t>(r)] = static_cast<float>(away[r]);
   basis_ = pack(texton.basis.transpose(), -(texton.basis.transpose() * away));
   const LinearDynamics& dynamics = texton.dynamics;
   const MatrixXd white =
@@ -117,10 +107,8 @@ TextonPack::TextonPack(const Texton& texton, const VectorXd& mean, bool whitened
   const auto states = static_cast<double>(m);
   const double outside = static_cast<double>(rows_) - states;
   const double residual = -0.5 * outside * (kLogTwoPi + std::log(texton.residual_variance));
-  step_constant_ =
-      residual - 0.5 * states * kLogTwoPi + white.diagonal().array().log().sum();
-  start_constant_ =
-      2.0 * residual - states * kLogTwoPi + start.diagonal().array().log().sum();
+  step_constant_ = residual - 0.5 * states * kLogTwoPi + white.diagonal().array().log().sum();
+  start_constant_ = 2.0 * residual - states * kLogTwoPi + start.diagonal().array().log().sum();
   residual_weight_ = 1.0 / texton.residual_variance;
 }
 
@@ -130,58 +118,50 @@ PackedTexton TextonPack::view() const {
 
 void TextonPack::squared_errors(const FloatObservations& y, int begin, int end, double* to) const {
   const PackedTexton texton = view();
-  Tile tile;
-  for (int from = begin; from < end; from += kTileFrames) {
-    const int count = std::min(kTileFrames, end - from);
-    const int columns = padded(count + kBefore);
-    tile.load(y, from - kBefore, columns, 0, y.frame_count());
-    term_kernels().energies(texton, tile.values, columns, tile.view());
-    for (int n = 0; n < count; ++n) {
-      to[from - begin + n] = static_cast<double>(tile.residual[n + kBefore]) +
-                             static_cast<double>(tile.innovation[n + kBefore]);
+  FrameTile tile;
+  for (int from = begin; from < end; from += FrameTile::kMostFrames) {
+    tile.load(y, from, std::min(FrameTile::kMostFrames, end - from), 0, y.frame_count());
+    term_kernels().energies(texton, tile.values, tile.columns,
+                            {tile.residual, tile.innovation, tile.start});
+    for (int n = 0; n < tile.count; ++n) {
+      const int c = n + FrameTile::kBefore;
+      to[from - begin + n] =
+          static_cast<double>(tile.residual[c]) + static_cast<double>(tile.innovation[c]);
     }
   }
 }
 
-void TextonPack::terms(const FloatObservations& y, int take_begin, int take_end, int begin,
-                       int end, float* step, float* start) const {
-  const PackedTexton texton = view();
+void TextonPack::terms(FrameTile& tile, int take_begin, int take_end, float* step,
+                       float* start) const {
   const auto weight = static_cast<float>(residual_weight_);
   const auto step_constant = static_cast<float>(step_constant_);
   const auto start_constant = static_cast<float>(start_constant_);
-  Tile tile;
-  for (int from = begin; from < end; from += kTileFrames) {
-    const int count = std::min(kTileFrames, end - from);
-    const int columns = padded(count + kBefore + 1);
-    tile.load(y, from - kBefore, columns, take_begin, take_end);
-    term_kernels().energies(texton, tile.values, columns, tile.view());
-    for (int n = 0; n < count; ++n) {
-      const int c = n + kBefore;
-      const int frame = from + n;
-      const int out = frame - begin;
-      step[out] = frame < take_begin + 2
-                      ? 0.0F
-                      : step_constant - 0.5F * (tile.innovation[c] + weight * tile.residual[c]);
-      start[out] = frame + 1 >= take_end
-                       ? 0.0F
-                       : start_constant -
-                             0.5F * (tile.start[c] +
-                                     weight * (tile.residual[c] + tile.residual[c + 1]));
-    }
+  term_kernels().energies(view(), tile.values, tile.columns,
+                          {tile.residual, tile.innovation, tile.start});
+  for (int n = 0; n < tile.count; ++n) {
+    const int c = n + FrameTile::kBefore;
+    step[n] = step_constant - 0.5F * (tile.innovation[c] + weight * tile.residual[c]);
+    start[n] = start_constant -
+               0.5F * (tile.start[c] + weight * (tile.residual[c] + tile.residual[c + 1]));
   }
+  for (int n = 0; n < tile.count && tile.begin + n < take_begin + 2; ++n) step[n] = 0.0F;
+  if (tile.begin + tile.count == take_end) start[tile.count - 1] = 0.0F;
 }
 
 TermTable::TermTable(const FloatObservations& y, std::vector<Take> takes, int threads)
     : y_(y), takes_(std::move(takes)), threads_(threads) {}
 
-void TermTable::fill(std::size_t texton) {
-  Terms& terms = table_[texton];
-  terms.step.resize(static_cast<std::size_t>(y_.frame_count()));
-  terms.start.resize(terms.step.size());
-  for (const Take& take : takes_) {
-    const int end = take.begin + take.length;
-    packs_[texton].terms(y_, take.begin, end, take.begin, end, terms.step.data() + take.begin,
-                         terms.start.data() + take.begin);
+// Frames outside, textons inside: the textons' numbers are fewer than the frames'.
+void TermTable::fill(const Take& take, const std::vector<int>& textons) {
+  FrameTile tile;
+  const int end = take.begin + take.length;
+  for (int from = take.begin; from < end; from += FrameTile::kMostFrames) {
+    tile.load(y_, from, std::min(FrameTile::kMostFrames, end - from), take.begin, end);
+    for (const int i : textons) {
+      Terms& terms = table_[static_cast<std::size_t>(i)];
+      packs_[static_cast<std::size_t>(i)].terms(tile, take.begin, end, terms.step.data() + from,
+                                                terms.start.data() + from);
+    }
   }
 }
 
@@ -207,9 +187,12 @@ void TermTable::set_textons(const std::vector<Texton>& textons, const std::vecto
   table_.clear();
   if (!keeps) return;
   table_ = std::move(table);
-  math::parallel_for(static_cast<int>(changed.size()), threads_, [&](int n) {
-    fill(static_cast<std::size_t>(changed[static_cast<std::size_t>(n)]));
-  });
+  for (const int i : changed) {
+    table_[static_cast<std::size_t>(i)].step.resize(static_cast<std::size_t>(y_.frame_count()));
+    table_[static_cast<std::size_t>(i)].start.resize(static_cast<std::size_t>(y_.frame_count()));
+  }
+  math::parallel_for(static_cast<int>(takes_.size()), threads_,
+                     [&](int n) { fill(takes_[static_cast<std::size_t>(n)], changed); });
 }
 
 TermSource TermTable::source(const Take& take) const {
@@ -218,22 +201,30 @@ TermSource TermTable::source(const Take& take) const {
     const Index count = end - begin;
     block.step.resize(textons, count);
     block.start.resize(textons, count);
-    std::vector<float> step(static_cast<std::size_t>(count));
-    std::vector<float> start(step.size());
-    for (Index i = 0; i < textons; ++i) {
-      const auto cell = static_cast<std::size_t>(i);
-      const float* steps = step.data();
-      const float* starts = start.data();
-      if (!table_.empty()) {
-        steps = table_[cell].step.data() + take.begin + begin;
-        starts = table_[cell].start.data() + take.begin + begin;
-      } else {
-        packs_[cell].terms(y_, take.begin, take.begin + take.length, take.begin + begin,
-                           take.begin + end, step.data(), start.data());
+    const auto put = [&](Index i, Index t, const float* step, const float* start, Index frames) {
+      for (Index n = 0; n < frames; ++n) {
+        block.step(i, t + n) = static_cast<double>(step[n]);
+        block.start(i, t + n) = static_cast<double>(start[n]);
       }
-      for (Index t = 0; t < count; ++t) {
-        block.step(i, t) = static_cast<double>(steps[t]);
-        block.start(i, t) = static_cast<double>(starts[t]);
+    };
+    if (!table_.empty()) {
+      const int at = take.begin + begin;
+      for (Index i = 0; i < textons; ++i) {
+        const Terms& terms = table_[static_cast<std::size_t>(i)];
+        put(i, 0, terms.step.data() + at, terms.start.data() + at, count);
+      }
+      return;
+    }
+    FrameTile tile;
+    float step[kTileColumns];
+    float start[kTileColumns];
+    for (int from = begin; from < end; from += FrameTile::kMostFrames) {
+      tile.load(y_, take.begin + from, std::min(FrameTile::kMostFrames, end - from), take.begin,
+                take.begin + take.length);
+      for (Index i = 0; i < textons; ++i) {
+        packs_[static_cast<std::size_t>(i)].terms(tile, take.begin, take.begin + take.length, step,
+                                                  start);
+        put(i, from - begin, step, start, tile.count);
       }
     }
   };

@@ -22,6 +22,24 @@ struct FloatObservations {
   [[nodiscard]] int frame_count() const noexcept { return static_cast<int>(values.cols()); }
 };
 
+/// Some frames as the kernels read them, with two frames before and one behind, and room for what
+/// the kernels say of them.
+struct FrameTile {
+  static constexpr int kBefore = 2;
+  static constexpr int kMostFrames = kTileColumns - kBefore - 1;
+
+  int begin = 0;  ///< the first frame that is asked for
+  int count = 0;  ///< at most kMostFrames
+  int columns = 0;
+  alignas(64) float values[kTileRows * kTileColumns];
+  alignas(64) float residual[kTileColumns];
+  alignas(64) float innovation[kTileColumns];
+  alignas(64) float start[kTileColumns];
+
+  /// Frames [frame, frame + frames); those before `low` or from `high` on are read as zero.
+  void load(const FloatObservations& y, int frame, int frames, int low, int high);
+};
+
 /// A texton's numbers rearranged for the kernels.
 class TextonPack {
  public:
@@ -32,9 +50,9 @@ class TextonPack {
   /// Squared one-step prediction error in observation units (not whitened), of frames [begin, end)
   /// of the observations; begin >= 2.
   void squared_errors(const FloatObservations& y, int begin, int end, double* to) const;
-  /// Step and start terms of frames [begin, end) of a take that occupies [take_begin, take_end).
-  void terms(const FloatObservations& y, int take_begin, int take_end, int begin, int end,
-             float* step, float* start) const;
+  /// Step and start terms of a tile's frames, which lie in a take that occupies
+  /// [take_begin, take_end).
+  void terms(FrameTile& tile, int take_begin, int take_end, float* step, float* start) const;
 
  private:
   struct Rows {
@@ -79,7 +97,7 @@ class TermTable {
     std::vector<float> step;
     std::vector<float> start;
   };
-  void fill(std::size_t texton);
+  void fill(const Take& take, const std::vector<int>& textons);
 
   const FloatObservations& y_;
   std::vector<Take> takes_;

@@ -88,8 +88,8 @@ void fit_start(const std::vector<MatrixXd>& states, double floor, Texton& texton
   }
   texton.start_mean = stacked.rowwise().mean();
   stacked.colwise() -= texton.start_mean;
-  texton.start_covariance = floored_covariance(
-      stacked * stacked.transpose() / static_cast<double>(pairs), floor);
+  texton.start_covariance =
+      floored_covariance(stacked * stacked.transpose() / static_cast<double>(pairs), floor);
 }
 
 Eigen::LLT<MatrixXd> factor(const MatrixXd& covariance) {
@@ -134,8 +134,8 @@ std::vector<std::string> TextonFit::problems() const {
   return found;
 }
 
-Texton fit_texton(const Eigen::Ref<const MatrixXd>& observations,
-                  std::span<const Segment> segments, const TextonFit& options) {
+Texton fit_texton(const Eigen::Ref<const MatrixXd>& observations, std::span<const Segment> segments,
+                  const TextonFit& options) {
   check(observations, segments, options);
   MatrixXd y = pool(observations, segments);
   const auto frames = static_cast<double>(y.cols());

@@ -362,10 +362,10 @@ Texton load_texton(const Reader& reader, std::size_t number) {
   texton.start_covariance << get(m, 2 * m), get(m, 2 * m);
   texton.residual_variance = all(0, at);
   reader.require(texton.residual_variance > 0.0, "a texton's residual variance is not positive");
-  reader.require((texton.basis.transpose() * texton.basis - MatrixXd::Identity(m, m))
-                         .cwiseAbs()
-                         .maxCoeff() <= 1e-6,
-                 "a texton's basis is not orthonormal");
+  reader.require(
+      (texton.basis.transpose() * texton.basis - MatrixXd::Identity(m, m)).cwiseAbs().maxCoeff() <=
+          1e-6,
+      "a texton's basis is not orthonormal");
   require_covariance(reader, texton.dynamics.covariance);
   require_covariance(reader, texton.start_covariance);
   return texton;

@@ -21,6 +21,7 @@ BUILDS_ON = {
     "loop": ["motion"],
     "texture": ["motion"],
     "manifold": ["motion"],
+    "texture": ["motion"],
     "draw": ["motion"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)

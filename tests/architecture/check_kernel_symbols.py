@@ -9,7 +9,7 @@ Usage: check_kernel_symbols.py NM LIBRARY; prints one line a violation and exits
 import subprocess
 import sys
 
-NEWER = "lane_kernels_v3"  # part of the object's name
+NEWER = "_kernels_v3"  # part of the object's name
 
 
 def defined_symbols(nm, library):

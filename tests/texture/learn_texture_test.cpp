@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "laban/base/atomic_file.h"
 #include "laban/base/error.h"
 #include "laban/io/clip_file.h"
 #include "laban/motion/resample.h"
@@ -29,9 +30,8 @@ TextureLearning quick() {
 /// One texture for all tests.
 const LearntTexture& walks() {
   static const LearntTexture learnt = [] {
-    const std::vector<TextureSource> sources = {embedded("phrase_walk_p01"),
-                                                embedded("phrase_walk_p02"),
-                                                embedded("phrase_bow_p01")};
+    const std::vector<TextureSource> sources = {
+        embedded("phrase_walk_p01"), embedded("phrase_walk_p02"), embedded("phrase_bow_p01")};
     return learn_texture(sources, quick());
   }();
   return learnt;
@@ -47,8 +47,7 @@ TEST(LearnTexture, KeepsTakesRigAndObservations) {
   EXPECT_EQ(texture.takes[2].begin + texture.takes[2].length, texture.observations.cols());
   EXPECT_EQ(texture.rig.stance.joint_count(), walk.capture.clip.joint_count());
   EXPECT_TRUE(texture.rig.floor.has_value());
-  const MatrixXd pose =
-      motion::to_pose_matrix(walk.capture.clip, walk.capture.humanoid).height;
+  const MatrixXd pose = motion::to_pose_matrix(walk.capture.clip, walk.capture.humanoid).height;
   EXPECT_TRUE(texture.observations.row(motion::kAngleRowCount)
                   .head(pose.cols())
                   .isApprox(pose.row(0), 1e-12));
@@ -93,6 +92,16 @@ TEST(TextureFile, ComesBackAsItWas) {
     EXPECT_EQ(back.textons[i].start_covariance, texture.textons[i].start_covariance);
     EXPECT_EQ(back.textons[i].residual_variance, texture.textons[i].residual_variance);
   }
+}
+
+// tests/texture/files/version_1.texture was written when version 1 of the format was the newest.
+TEST(TextureFile, FilesOfVersionOneAreRead) {
+  const MotionTexture texture =
+      read_texture(base::read_file(LABAN_SOURCE_DIR "/tests/texture/files/version_1.texture"),
+                   "version_1.texture");
+  EXPECT_EQ(texture.frame_rate_hz, 15.0);
+  EXPECT_EQ(texture.texton_count(), 2);
+  EXPECT_EQ(texture.takes.size(), 1U);
 }
 
 TEST(TextureFile, DamageIsRefusedByName) {

@@ -70,8 +70,8 @@ TEST(LinearDynamics, AFitOverSeveralSegmentsIsThatOfTheirStackedRows) {
   EXPECT_TRUE(fit.a1.isApprox(solved.leftCols(m), 1e-9));
   EXPECT_TRUE(fit.a2.isApprox(solved.middleCols(m, m), 1e-9));
   EXPECT_TRUE(fit.offset.isApprox(solved.rightCols(1), 1e-7));
-  EXPECT_TRUE(fit.covariance.isApprox(
-      left * left.transpose() / static_cast<double>(targets.cols()), 1e-9));
+  EXPECT_TRUE(
+      fit.covariance.isApprox(left * left.transpose() / static_cast<double>(targets.cols()), 1e-9));
 }
 
 TEST(LinearDynamics, AStrongRidgeGoesOnAtConstantVelocity) {

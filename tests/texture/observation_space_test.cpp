@@ -16,8 +16,8 @@ namespace {
 using Eigen::MatrixXd;
 
 motion::PoseMatrix pose_of(const std::string& name) {
-  const motion::Capture capture = motion::find_capture(
-      io::read_clip(LABAN_SOURCE_DIR "/data/phrase/" + name + ".bvh").clip);
+  const motion::Capture capture =
+      motion::find_capture(io::read_clip(LABAN_SOURCE_DIR "/data/phrase/" + name + ".bvh").clip);
   return motion::to_pose_matrix(capture.clip, capture.humanoid);
 }
 

@@ -71,15 +71,15 @@ Problem random_problem(int textons, int frames, int min_frames, base::Rng& rng) 
   return problem;
 }
 
-/// Oracle: every segmentation and labelling of the frames from `begin` on, after a label (-1: none).
+/// Oracle: every segmentation and labelling of the frames from `begin` on, after a label (-1:
+/// none).
 double best_by_enumeration(const Problem& problem, int begin, int before) {
   double best = kNever;
   for (int i = 0; i < problem.textons(); ++i) {
     const double arrival = before < 0 ? 0.0 : problem.transition(before, i);
     if (arrival == kNever) continue;
     for (int end = begin + problem.min_frames; end <= problem.frames(); ++end) {
-      const double rest =
-          end == problem.frames() ? 0.0 : best_by_enumeration(problem, end, i);
+      const double rest = end == problem.frames() ? 0.0 : best_by_enumeration(problem, end, i);
       best = std::max(best, arrival + problem.segment(i, begin, end) + rest);
     }
   }

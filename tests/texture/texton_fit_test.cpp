@@ -17,8 +17,8 @@ using ::testing::HasSubstr;
 
 double log_normal(const VectorXd& x, const MatrixXd& covariance) {
   const double log_two_pi = std::log(2.0 * M_PI);
-  return -0.5 * (static_cast<double>(x.size()) * log_two_pi +
-                 std::log(covariance.determinant()) + x.dot(covariance.inverse() * x));
+  return -0.5 * (static_cast<double>(x.size()) * log_two_pi + std::log(covariance.determinant()) +
+                 x.dot(covariance.inverse() * x));
 }
 
 TEST(TextonFit, FindsTheSubspaceAndNoiseOfAKnownTexton) {
@@ -28,8 +28,7 @@ TEST(TextonFit, FindsTheSubspaceAndNoiseOfAKnownTexton) {
   const Segment all{0, 20000, 0};
   const Texton fit = fit_texton(y, {&all, 1}, {.min_dimension = 4, .max_dimension = 4});
   // All of the true basis lies in the one found: cosines of the principal angles.
-  const VectorXd cosines =
-      (fit.basis.transpose() * truth.basis).jacobiSvd().singularValues();
+  const VectorXd cosines = (fit.basis.transpose() * truth.basis).jacobiSvd().singularValues();
   EXPECT_GT(cosines.minCoeff(), 0.999);
   EXPECT_NEAR(fit.residual_variance, truth.residual_variance, 0.02 * truth.residual_variance);
   EXPECT_TRUE((fit.basis.transpose() * fit.basis).isIdentity(1e-12));
@@ -62,15 +61,13 @@ TEST(TextonLikelihood, IsTheNormalDensityOfStatesAndResiduals) {
     EXPECT_NEAR(step[t], log_normal(innovation, fit.dynamics.covariance) + residual(t), 1e-8);
     VectorXd pair(4);
     pair << x.col(t), x.col(t + 1);
-    EXPECT_NEAR(start[t],
-                log_normal(pair - fit.start_mean, fit.start_covariance) + residual(t) +
-                    residual(t + 1),
-                1e-7);
+    EXPECT_NEAR(
+        start[t],
+        log_normal(pair - fit.start_mean, fit.start_covariance) + residual(t) + residual(t + 1),
+        1e-7);
   }
   EXPECT_NEAR(likelihood.segment(y.middleCols(50, 30)),
-              likelihood.start_terms(y.middleCols(50, 30))[0] +
-                  step.segment(52, 28).sum(),
-              1e-8);
+              likelihood.start_terms(y.middleCols(50, 30))[0] + step.segment(52, 28).sum(), 1e-8);
 }
 
 TEST(TextonFit, TakesAsManyStatesAsTheVarianceNeedsAndTheFramesAllow) {

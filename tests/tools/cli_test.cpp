@@ -26,9 +26,8 @@ const std::string kOtherWalk = kData + "phrase/phrase_walk_p02.bvh";
 const std::string kBow = kData + "phrase/phrase_bow_p01.bvh";
 const std::string kLabels = LABAN_SOURCE_DIR "/labels/phrase.csv";
 const std::vector<std::string> kVerbs = {
-    "agree", "apply",   "train",   "evaluate", "corpus", "match",   "segment", "blend",
-    "curve", "measure", "inspect", "convert",  "draw",   "suggest", "loop",    "manifold",
-    "texture"};
+    "agree",   "apply",   "train",   "evaluate", "corpus",  "match", "segment",  "blend",  "curve",
+    "measure", "inspect", "convert", "draw",     "suggest", "loop",  "manifold", "texture"};
 
 void write(const fs::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;

@@ -108,8 +108,8 @@ ReadFragments fragments_of_table(const CorpusVerb& verb) {
   for (CutFragment& cut : read_table_fragments(verb.table, verb.common)) {
     const std::string& content = cut.row.content;
     if (content.empty()) ++without_content;
-    if (!verb.contents.empty() && std::find(verb.contents.begin(), verb.contents.end(), content) ==
-                                      verb.contents.end()) {
+    if (!verb.contents.empty() &&
+        std::find(verb.contents.begin(), verb.contents.end(), content) == verb.contents.end()) {
       continue;
     }
     effort::LabelRow row;
@@ -318,7 +318,7 @@ void run(const CorpusVerb& verb) {
 void add_corpus(CLI::App& app) {
   auto verb = std::make_shared<CorpusVerb>();
   CLI::App* sub = add_verb(app, "corpus",
-                           "Make a label table from a folder of clips, with blends to be labelled",
+                           "Make a label table from clips or fragments, with blends to be labelled",
                            "laban corpus --clips captures --pattern '{content}_{performer}_{take}' "
                            "--label measured -o captures.csv");
   sub->add_option("--clips", verb->clips, "folder of the clips");

@@ -432,8 +432,7 @@ LabelledCorpus read_corpus(const std::string& table_path, const ReadCorpusOption
   return read;
 }
 
-std::vector<CutFragment> read_table_fragments(const std::string& table_path,
-                                              const Common& common) {
+std::vector<CutFragment> read_table_fragments(const std::string& table_path, const Common& common) {
   const effort::LabelTable table =
       effort::mean_over_observers(effort::parse_label_table(read_bytes(table_path), table_path));
   const fs::path folder = fs::path(table_path).parent_path();

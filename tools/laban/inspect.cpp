@@ -198,11 +198,13 @@ void run(const InspectVerb& verb) {
 void add_inspect(CLI::App& app) {
   auto verb = std::make_shared<InspectVerb>();
   CLI::App* sub =
-      add_verb(app, "inspect", "Tell what is in a clip, a style model, a manifold, a texture or a label table",
+      add_verb(app, "inspect",
+               "Tell what is in a clip, a style model, a manifold, a texture or a label table",
                "laban inspect capture.bvh");
-  sub->add_option("INPUT", verb->input,
-                  "clip, style model (.laban), manifold (.manifold), texture (.texture) or label table "
-                  "(.csv)")
+  sub->add_option(
+         "INPUT", verb->input,
+         "clip, style model (.laban), manifold (.manifold), texture (.texture) or label table "
+         "(.csv)")
       ->required();
   sub->add_flag("--check", verb->check,
                 "exit with 7 if a clip needs mending or no person is found in it");

@@ -58,19 +58,19 @@ draw::MatrixChart transition_chart(const MotionTexture& texture) {
   return chart;
 }
 
-draw::ChartPanel likelihood_panel(const LearningReport& report) {
+draw::ChartPanel likelihood_panel(const LearningReport& report, double frames) {
   draw::ChartPanel panel;
   panel.title = "Learning";
   panel.x.label = "round";
-  panel.y.label = "log-likelihood, nats";
+  panel.y.label = "nats a frame above the start";
   draw::Curve curve;
   curve.name = "log-likelihood";
   curve.markers = true;
   curve.x = {0.0};
-  curve.y = {report.start_log_likelihood};
+  curve.y = {0.0};
   for (std::size_t n = 0; n < report.rounds.size(); ++n) {
     curve.x.push_back(static_cast<double>(n + 1));
-    curve.y.push_back(report.rounds[n].log_likelihood);
+    curve.y.push_back((report.rounds[n].log_likelihood - report.start_log_likelihood) / frames);
   }
   panel.curves = {std::move(curve)};
   return panel;
@@ -160,11 +160,11 @@ std::string texture_text(const MotionTexture& texture, bool each) {
   for (int i = 0; i < texture.texton_count(); ++i) {
     const auto cell = static_cast<std::size_t>(i);
     const int next = next_of(texture, i);
-    text += fmt::format("  {:>4}: {:>3} segment{} of {} to {} frames, {} states{}\n", i,
-                        facts[cell].segments, facts[cell].segments == 1 ? " " : "s",
-                        facts[cell].shortest, facts[cell].longest,
-                        texture.textons[cell].dimension(),
-                        next < 0 ? ", then nothing" : fmt::format(", then mostly {}", next));
+    text +=
+        fmt::format("  {:>4}: {:>3} segment{} of {} to {} frames, {} states{}\n", i,
+                    facts[cell].segments, facts[cell].segments == 1 ? " " : "s",
+                    facts[cell].shortest, facts[cell].longest, texture.textons[cell].dimension(),
+                    next < 0 ? ", then nothing" : fmt::format(", then mostly {}", next));
   }
   return text;
 }
@@ -230,7 +230,8 @@ std::string texture_picture(const MotionTexture& texture, const LearningReport& 
   draw::LineChart curves;
   curves.title = title;
   curves.columns = 1;
-  curves.panels = {likelihood_panel(report), length_panel(texture)};
+  const auto frames = static_cast<double>(texture.observations.cols());
+  curves.panels = {likelihood_panel(report, frames), length_panel(texture)};
   if (!report.candidates.empty()) curves.panels.push_back(start_panel(report));
   const std::vector<draw::ChartTile> tiles = {
       {transition_chart(texture), 0.0, 0.0, kMatrix, kHeight},

@@ -45,8 +45,7 @@ void run(const InspectVerb& verb) {
   const texture::LearningReport report = learning_report(texture.record_json, verb.input);
   if (!verb.picture.empty()) {
     write_bytes(verb.picture,
-                texture_picture(texture, report,
-                                std::filesystem::path(verb.input).stem().string(),
+                texture_picture(texture, report, std::filesystem::path(verb.input).stem().string(),
                                 is_svg(verb.picture)),
                 verb.common);
   }

@@ -151,8 +151,8 @@ void run(const LearnVerb& verb) {
   check_outputs(verb.common, {verb.output, verb.picture});
   const texture::TextureLearning options = options_of(verb);
   const ReadCaptures read = read_captures(verb);
-  const double rate_hz = options.frame_rate_hz.value_or(
-      read.sources.front().capture.clip.frame_rate_hz());
+  const double rate_hz =
+      options.frame_rate_hz.value_or(read.sources.front().capture.clip.frame_rate_hz());
   const Checkpoint checkpoint(
       verb, run_record("texture learn", options_json(verb, rate_hz), read.records));
   const auto before = checkpoint.read();

@@ -104,9 +104,9 @@ using RoundListener = std::function<void(const LearntTextons&)>;
 
 /// A capture to learn from.
 struct TextureSource {
-  std::string name;         ///< file as it was given
-  motion::Capture capture;  ///< without T-pose frame, as motion::find_capture gives it
-  int first_file_frame = 0; ///< frame of the file that is the capture's first
+  std::string name;          ///< file as it was given
+  motion::Capture capture;   ///< without T-pose frame, as motion::find_capture gives it
+  int first_file_frame = 0;  ///< frame of the file that is the capture's first
 };
 
 struct LearntTexture {

@@ -29,8 +29,8 @@ struct TextonFit {
 };
 
 /// Fits a texton to frames [begin, begin + length) of each segment together, in closed form
-/// (METHODS 2.2, M-step): mean and basis by the singular values of the pooled observations, dynamics
-/// by least squares on the states, start moments over all pairs of frames. Deterministic.
+/// (METHODS 2.2, M-step): mean and basis by the singular values of the pooled observations,
+/// dynamics by least squares on the states, start moments over all pairs of frames. Deterministic.
 /// @param observations  d x N. @param segments  within it, each at least three frames.
 /// @throws Error{kUsage} if `options` has problems; Error{kData} if there is no segment or one is
 ///         too short, out of range or not finite.
@@ -63,7 +63,7 @@ class TextonLikelihood {
   Texton texton_;
   Eigen::LLT<Eigen::MatrixXd> noise_;
   Eigen::LLT<Eigen::MatrixXd> start_;
-  double noise_constant_ = 0.0;     // log of the normal density at its mode
+  double noise_constant_ = 0.0;  // log of the normal density at its mode
   double start_constant_ = 0.0;
   double residual_constant_ = 0.0;
 };
