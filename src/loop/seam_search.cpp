@@ -224,6 +224,9 @@ Candidate sew(const SeamTask& task, const JoinWindowOptions& options, const Plac
   const double slide_m = 0.5 * candidate.feet.slide_m * task.frame_rate_hz / (30.0 * n);
   seam.worth_m =
       off_captured_m(task.rows, window.frames, outgoing, incoming) + kSlideWeight * slide_m;
+  // cost / distance is 1 + the share of the clip that is left out: a loop is to show the clip.
+  const double shown = place.cost / std::max(1e-12, place.distance_m);
+  seam.worth_m *= shown * shown;
   seam.frames = std::move(window.frames);
   measure_rates(task, seam);
   return candidate;

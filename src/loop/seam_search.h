@@ -40,7 +40,7 @@ struct SewnSeam {
   std::vector<BodyFrame> frames;
   PlanarMotion outgoing_from_incoming;
   int join = 0;          ///< frame of the overlap at which the body switches
-  double worth_m = 0.0;  ///< less is better: how far off the captured, and how far feet slide
+  double worth_m = 0.0;  ///< less is better: off the captured, feet that slide, clip left out
 };
 
 struct SeamTask {
