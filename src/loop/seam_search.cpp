@@ -24,6 +24,8 @@ constexpr double kStandingWeight = 10.0;
 // Rates in the captures' 99th percentiles up to which a seam is as good as any: holding the feet
 // afterwards adds a few hundredths.
 constexpr double kGood = 0.95;
+// Of the clip, by one seam.
+constexpr double kMostLeftOut = 2.0 / 3.0;
 // A slide of 1 cm a frame is as bad as joints this many centimetres off all captured frames.
 constexpr double kSlideWeight = 2.0;
 // Seams beside the best are worth playing up to this multiple of what it is off.
@@ -121,6 +123,11 @@ std::vector<Place> places(const SeamTask& task, const Eigen::MatrixXd& pairs, in
       found.push_back({i, j, distance_m, distance_m * (1.0 + left_out)});
     }
   }
+  // A loop is to show at least a third of the clip, if the overlap allows.
+  const auto shows_little = [](const Place& place) {
+    return place.cost > (1.0 + kMostLeftOut) * place.distance_m;
+  };
+  if (!std::all_of(found.begin(), found.end(), shows_little)) std::erase_if(found, shows_little);
   std::stable_sort(found.begin(), found.end(),
                    [](const Place& a, const Place& b) { return a.cost < b.cost; });
   return found;
