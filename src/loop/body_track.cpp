@@ -67,6 +67,7 @@ BodyRows::BodyRows(const motion::Skeleton& skeleton, const motion::Humanoid& hum
                                                    std::to_string(skeleton.joint_count()));
   }
   const int hips = humanoid.mapped(motion::StandardJoint::kHips).value().joint;
+  leg_length_m = humanoid.leg_length_m();
   std::vector<int> row_of(skeleton.joints().size(), -1);
   const std::vector<double> below = chain_lengths(skeleton);
   std::vector<double> reach;
@@ -86,6 +87,12 @@ BodyRows::BodyRows(const motion::Skeleton& skeleton, const motion::Humanoid& hum
     const auto foot = p < 2 ? motion::StandardJoint::kLeftFoot : motion::StandardJoint::kRightFoot;
     const int joint = humanoid.mapped(foot).value().joint;
     feet[static_cast<std::size_t>(p)] = std::max(0, row_of[static_cast<std::size_t>(joint)]);
+  }
+  for (std::size_t side = 0; side < toes.size(); ++side) {
+    const auto toe = humanoid.mapped(side == 0 ? motion::StandardJoint::kLeftToe
+                                               : motion::StandardJoint::kRightToe);
+    const int row = toe ? row_of[static_cast<std::size_t>(toe->joint)] : -1;
+    toes[side] = row >= 0 ? row : feet[2 * side];
   }
 }
 
@@ -183,8 +190,32 @@ BodyFrame sample(const std::vector<BodyFrame>& frames, double place) {
   const double whole = std::floor(at);
   const auto before = static_cast<std::size_t>(whole);
   if (at == whole) return frames[before];
-  BodyFrame between = mix(frames[before], frames[before + 1], at - whole);
-  between.source_frame = at;
+  const double x = at - whole;
+  const BodyFrame& b = frames[before];
+  const BodyFrame& c = frames[before + 1];
+  BodyFrame between = mix(b, c, x);
+  between.source_frame = b.source_frame + x * (c.source_frame - b.source_frame);
+  // At a leap from one frame of the source to another there is none between.
+  if (std::abs(c.source_frame - b.source_frame) > 2.0) between.source_frame = c.source_frame;
+  if (before == 0 || before + 2 >= frames.size()) return between;
+  const BodyFrame& a = frames[before - 1];
+  const BodyFrame& d = frames[before + 2];
+  // Weights of a Catmull-Rom spline.
+  const double wa = x * (-0.5 + x * (1.0 - 0.5 * x));
+  const double wb = 1.0 + x * x * (-2.5 + 1.5 * x);
+  const double wc = x * (0.5 + x * (2.0 - 1.5 * x));
+  const double wd = x * x * (-0.5 + 0.5 * x);
+  between.hips = wa * a.hips + wb * b.hips + wc * c.hips + wd * d.hips;
+  if (b.offsets.cols() > 0) {
+    between.offsets = wa * a.offsets + wb * b.offsets + wc * c.offsets + wd * d.offsets;
+  }
+  for (std::size_t r = 0; r < b.rotations.size(); ++r) {
+    const Eigen::Quaterniond& q = b.rotations[r];
+    const auto to = [&](const BodyFrame& other) {
+      return math::log(q.conjugate() * math::same_hemisphere(other.rotations[r], q));
+    };
+    between.rotations[r] = (q * math::exp(wa * to(a) + wc * to(c) + wd * to(d))).normalized();
+  }
   return between;
 }
 

@@ -47,6 +47,8 @@ struct BodyRows {
   /// of the joint moves the body.
   Eigen::VectorXd reach_m;
   std::array<int, motion::kFootPointCount> feet{};  ///< row of the foot of each foot point
+  double leg_length_m = 0.0;
+  std::array<int, 2> toes{};  ///< row of the left and right toe, of the foot where a rig has none
 
   [[nodiscard]] int count() const noexcept { return static_cast<int>(joints.size()); }
 };
@@ -67,7 +69,9 @@ struct BodyRows {
 /// frame is a's below one half.
 [[nodiscard]] BodyFrame mix(const BodyFrame& a, const BodyFrame& b, double share);
 
-/// Frame at a fractional place, clamped to the ends; exact at whole ones.
+/// Frame at a fractional place, clamped to the ends: cubics through the two frames on either side,
+/// so that velocities do not break at frames when motion is played slower; contacts linearly. Exact
+/// at whole places.
 [[nodiscard]] BodyFrame sample(const std::vector<BodyFrame>& frames, double place);
 
 }  // namespace laban::loop

@@ -121,6 +121,7 @@ std::vector<std::string> SeamOptions::problems() const {
   };
   check_number(texton_frames >= 8 && texton_frames <= 2000, "texton_frames", texton_frames,
                "from 8 to 2000");
+  check_number(texton_s >= 0.0 && texton_s <= 60.0, "texton_s", texton_s, "from 0 to 60");
   check_number(overlap_frames >= 4 && overlap_frames <= texton_frames, "overlap_frames",
                overlap_frames, "from 4 to texton_frames");
   check_number(blend_frames >= 1 && blend_frames <= overlap_frames, "blend_frames", blend_frames,
@@ -159,7 +160,7 @@ class EndlessLoop::Impl {
         turning_(
             find_turning_points(motion::to_pose_matrix(capture_.clip, capture_.humanoid).angles,
                                 rate_hz(), options.turning)),
-        seams_(options.leaps ? find_seams({rows_, frames_, frames_, rate_hz(), usual_},
+        seams_(options.leaps ? find_seams({rows_, frames_, frames_, rate_hz(), usual_, &capture_},
                                           options.seam, options.seam_count)
                              : std::vector<SewnSeam>()),
         found_seams_(found_of(seams_)),

@@ -29,10 +29,11 @@ int frames_of(double seconds, double frame_rate_hz) {
 
 HeldFrames hold_feet(const std::vector<BodyFrame>& frames, const BodyRows& rows,
                      const motion::Capture& capture, const motion::FootFloor& floor,
-                     std::vector<int> joins) {
+                     std::vector<int> joins, bool level_parts) {
   motion::FootLockOptions options;
   options.floor = floor;
   options.joins = std::move(joins);
+  options.level_parts = level_parts;
   const motion::FootContacts contacts = contacts_of(frames, capture.clip.frame_rate_hz());
   const motion::LockedFeet locked =
       motion::lock_feet(to_clip(frames, rows, capture.clip), capture.humanoid, contacts, options);
@@ -68,7 +69,7 @@ void HeldFeet::hold_piece() {
   for (const std::int64_t join : joins_) {
     if (join > first_ && join < pushed_) joins.push_back(static_cast<int>(join - first_));
   }
-  HeldFrames held = hold_feet({raw_.begin(), raw_.end()}, rows_, capture_, *floor_, joins);
+  HeldFrames held = hold_feet({raw_.begin(), raw_.end()}, rows_, capture_, *floor_, joins, false);
   const auto begin = static_cast<std::size_t>(next_ - first_);
   for (std::size_t f = 0; f < tail_.size(); ++f) {
     const double x = (static_cast<double>(f) + 0.5) / static_cast<double>(tail_.size());

@@ -17,10 +17,11 @@ struct HeldFrames {
 };
 
 /// Feet of frames held where they touch the ground (motion::lock_feet).
+/// @param level_parts  each part between joins is put on the floor as a whole.
 /// @param joins  first frames of what follows a join, ascending, inside the frames.
 [[nodiscard]] HeldFrames hold_feet(const std::vector<BodyFrame>& frames, const BodyRows& rows,
                                    const motion::Capture& capture, const motion::FootFloor& floor,
-                                   std::vector<int> joins);
+                                   std::vector<int> joins, bool level_parts);
 
 /// The same for an endless row of frames, in pieces that know two seconds on either side of them
 /// and fade into one another: memory does not grow with the frames that have passed.

@@ -12,13 +12,6 @@ namespace {
 
 using Frames = std::vector<BodyFrame>;
 
-/// Share of the outgoing motion in a joint that switches between frames switch - 1 and switch.
-double outgoing_share(double frame, int switch_frame, int blend_frames) {
-  // The cubic's middle, (p + 1) / k = 1/2, lies on the seam.
-  const double k = blend_frames;
-  return blend_weight(frame - (switch_frame - 0.5) + 0.5 * k - 1.0, k);
-}
-
 /// Rows of a clip as the cut compares them; the hips with their place, as far as it moves the body.
 std::vector<Eigen::MatrixXd> cut_rows(const BodyRows& rows, const Frames& frames,
                                       const Frames& reference) {
@@ -191,6 +184,17 @@ void smooth_hips(const Frames& a, const Frames& b, int switch_frame,
 
 }  // namespace
 
+double outgoing_share(double frame, int switch_frame, int blend_frames) {
+  const double x = std::clamp((frame - (switch_frame - 0.5)) / blend_frames + 0.5, 0.0, 1.0);
+  return 1.0 - x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
+}
+
+int blend_length(int overlap_frames, int blend_frames) {
+  // It reaches half its length to either side of a seam.
+  const int keep = std::min((blend_frames + 1) / 2, (overlap_frames - 2) / 2);
+  return std::min(blend_frames, 2 * keep);
+}
+
 JoinedWindow join_window(const BodyRows& rows, const Frames& outgoing, const Frames& incoming,
                          const JoinWindowOptions& options) {
   LABAN_CHECK(outgoing.size() == incoming.size() && outgoing.size() >= 4);
@@ -201,12 +205,12 @@ JoinedWindow join_window(const BodyRows& rows, const Frames& outgoing, const Fra
       seam_costs(cut_rows(rows, outgoing, outgoing), cut_rows(rows, incoming, outgoing),
                  rows.parents, 2.0 * rows.reach_m, options.metric, keep);
   const Seam seam = minimum_seam(costs);
-  JoinedWindow window{blended(rows, outgoing, incoming, seam.switch_frames,
-                              std::min(options.blend_frames, 2 * keep)),
-                      seam.switch_frames, seam.cost};
+  JoinedWindow window{
+      blended(rows, outgoing, incoming, seam.switch_frames, blend_length(N, options.blend_frames)),
+      seam.switch_frames, seam.cost};
   if (options.poisson) {
     JoinWindowOptions smoothing = options;
-    smoothing.blend_frames = std::min(options.blend_frames, 2 * keep);
+    smoothing.blend_frames = blend_length(N, options.blend_frames);
     smooth_rotations(rows, outgoing, incoming, seam.switch_frames, smoothing, window.frames);
     smooth_hips(outgoing, incoming, seam.switch_frames[0], smoothing, window.frames);
   }

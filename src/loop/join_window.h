@@ -24,6 +24,14 @@ struct JoinedWindow {
   double cut_cost = 0.0;
 };
 
+/// Share of the outgoing motion in a joint that switches between frames switch - 1 and switch: as
+/// blend_weight, but of the fifth degree, whose acceleration does not leap where the blend begins
+/// and ends.
+[[nodiscard]] double outgoing_share(double frame, int switch_frame, int blend_frames);
+
+/// Frames of the blend: those asked for, as far as the overlap has room on both sides of a seam.
+[[nodiscard]] int blend_length(int overlap_frames, int blend_frames);
+
 /// Cut, blend along the seam, Poisson smoothing (METHODS 3.2, 3.3) of an overlap.
 /// @param outgoing, incoming  N frames each, N >= 4, in one place in the world.
 [[nodiscard]] JoinedWindow join_window(const BodyRows& rows, const std::vector<BodyFrame>& outgoing,

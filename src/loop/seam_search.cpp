@@ -9,6 +9,9 @@
 #include "laban/math/rotation.h"
 #include "laban/math/statistics.h"
 #include "laban/motion/forward_kinematics.h"
+#include "laban/motion/place_feet.h"
+
+#include "loop/foot_slack.h"
 
 namespace laban::loop {
 namespace {
@@ -18,6 +21,17 @@ constexpr int kTried = 12;
 // A foot that stands in one clip and not in the other, metres.
 constexpr double kContactPenaltyM = 0.05;
 constexpr double kStandingWeight = 10.0;
+// Rates in the captures' 99th percentiles up to which a seam is as good as any: holding the feet
+// afterwards adds a few hundredths.
+constexpr double kGood = 0.95;
+// Of the clip, by one seam.
+constexpr double kMostLeftOut = 2.0 / 3.0;
+// A slide of 1 cm a frame is as bad as joints this many centimetres off all captured frames.
+constexpr double kSlideWeight = 2.0;
+// Seams beside the best are worth playing up to this multiple of what it is off.
+constexpr double kMuchWorse = 1.5;
+// What shows how legs bend, seconds on either side of a seam.
+constexpr double kLegsBesideS = 0.5;
 
 Eigen::Matrix3Xd point_positions(const BodyRows& rows, const BodyFrame& frame) {
   return positions(rows, frame)(Eigen::all, rows.points);
@@ -79,7 +93,8 @@ struct Place {
   double cost = 0.0;  // the distance, more where much of the clip is left out
 };
 
-std::vector<Place> places(const SeamTask& task, int m, int n) {
+/// Distances of all pairs of the last m frames of one clip and the first m of the other.
+Eigen::MatrixXd pair_distances(const SeamTask& task, int m, int n) {
   const auto out = compared(task.outgoing, task.outgoing.size() - static_cast<std::size_t>(m),
                             static_cast<std::size_t>(m), task.frame_rate_hz);
   const auto in = compared(task.incoming, 0, static_cast<std::size_t>(m), task.frame_rate_hz);
@@ -92,6 +107,12 @@ std::vector<Place> places(const SeamTask& task, int m, int n) {
                              in[static_cast<std::size_t>(j)], time_s);
     }
   }
+  return pairs;
+}
+
+/// All places of an overlap of n frames, the cheapest first.
+std::vector<Place> places(const SeamTask& task, const Eigen::MatrixXd& pairs, int n) {
+  const auto m = static_cast<int>(pairs.rows());
   std::vector<Place> found;
   for (int i = 0; i + n <= m; ++i) {
     for (int j = 0; j + n <= m; ++j) {
@@ -102,6 +123,11 @@ std::vector<Place> places(const SeamTask& task, int m, int n) {
       found.push_back({i, j, distance_m, distance_m * (1.0 + left_out)});
     }
   }
+  // A loop is to show at least a third of the clip, if the overlap allows.
+  const auto shows_little = [](const Place& place) {
+    return place.cost > (1.0 + kMostLeftOut) * place.distance_m;
+  };
+  if (!std::all_of(found.begin(), found.end(), shows_little)) std::erase_if(found, shows_little);
   std::stable_sort(found.begin(), found.end(),
                    [](const Place& a, const Place& b) { return a.cost < b.cost; });
   return found;
@@ -120,74 +146,210 @@ std::vector<Place> apart(const std::vector<Place>& sorted, int least, int count)
   return kept;
 }
 
-/// Sews at one place and measures the outcome among its neighbours on both sides.
-SewnSeam sew(const SeamTask& task, const JoinWindowOptions& options, const Place& place, int m,
-             int n) {
+/// A seam while it is looked for.
+struct Candidate {
+  SewnSeam seam;
+  FeetOverSeam feet;
+};
+
+/// The overlap between up to `beside` captured frames on either side, in the outgoing clip's place.
+struct Surrounded {
+  std::vector<BodyFrame> frames;
+  int first = 0;  // frame of the overlap's first
+};
+
+Surrounded surrounded(const SeamTask& task, const SewnSeam& seam, int beside) {
+  Surrounded around;
+  const int out_begin = seam.found.out_begin;
+  for (int f = std::max(0, out_begin - beside); f < out_begin; ++f) {
+    around.frames.push_back(task.outgoing[static_cast<std::size_t>(f)]);
+  }
+  around.first = static_cast<int>(around.frames.size());
+  around.frames.insert(around.frames.end(), seam.frames.begin(), seam.frames.end());
+  const int in_end = seam.found.in_begin + seam.found.frames;
+  const int last = std::min(in_end + beside, static_cast<int>(task.incoming.size()));
+  for (int f = in_end; f < last; ++f) {
+    around.frames.push_back(task.incoming[static_cast<std::size_t>(f)]);
+    around.frames.back().move(seam.outgoing_from_incoming);
+  }
+  return around;
+}
+
+/// Speed and acceleration in the overlap and two frames on either side of it.
+void measure_rates(const SeamTask& task, SewnSeam& seam) {
+  constexpr int kBeside = 2;
+  const Surrounded around = surrounded(task, seam, kBeside + 1);
+  const MotionRates rates = motion_rates(task.rows, around.frames, task.frame_rate_hz);
+  const int begin = std::max(0, around.first - kBeside);
+  const int end = std::min(static_cast<int>(around.frames.size()),
+                           around.first + seam.found.played_frames + kBeside);
+  const auto largest = [&](const std::vector<double>& values) {
+    return *std::max_element(values.begin() + begin, values.begin() + end);
+  };
+  seam.found.speed_ratio = largest(rates.speed_m_s) / std::max(1e-9, task.usual.speed_m_s);
+  seam.found.acceleration_ratio =
+      largest(rates.acceleration_m_s2) / std::max(1e-9, task.usual.acceleration_m_s2);
+}
+
+/// Mean over frames of the rms distance of the standard joints to the nearer of the two motions.
+double off_captured_m(const BodyRows& rows, const std::vector<BodyFrame>& sewn,
+                      const std::vector<BodyFrame>& outgoing,
+                      const std::vector<BodyFrame>& incoming) {
+  double sum = 0.0;
+  for (std::size_t t = 0; t < sewn.size(); ++t) {
+    // As seen from the hips: where over the ground a pose is taken does not matter.
+    const auto pose = [&](const BodyFrame& frame) {
+      Eigen::Matrix3Xd points = point_positions(rows, frame);
+      points.colwise() -= Eigen::Vector3d(frame.hips.x(), 0.0, frame.hips.z());
+      return points;
+    };
+    const Eigen::Matrix3Xd own = pose(sewn[t]);
+    sum += std::min((own - pose(outgoing[t])).norm(), (own - pose(incoming[t])).norm());
+  }
+  return sum / static_cast<double>(sewn.size()) /
+         std::sqrt(static_cast<double>(std::max<std::size_t>(1, rows.points.size())));
+}
+
+/// Sews at one place and measures the outcome.
+Candidate sew(const SeamTask& task, const JoinWindowOptions& options, const Place& place, int m,
+              int n) {
   const int out_begin = static_cast<int>(task.outgoing.size()) - m + place.i;
   const auto out = task.outgoing.begin() + out_begin;
   const auto in = task.incoming.begin() + place.j;
   const std::vector<BodyFrame> outgoing(out, out + n);
   std::vector<BodyFrame> incoming(in, in + n);
-  SewnSeam seam;
+  Candidate candidate;
+  SewnSeam& seam = candidate.seam;
   seam.outgoing_from_incoming = align_overlap(task.rows, outgoing, incoming);
   for (BodyFrame& frame : incoming) frame.move(seam.outgoing_from_incoming);
   JoinedWindow window = join_window(task.rows, outgoing, incoming, options);
-  seam.frames = std::move(window.frames);
-  seam.found = {out_begin, place.j, n, place.distance_m, window.switch_frames, 0.0, 0.0};
+  candidate.feet = feet_over_seam(task.rows, outgoing, incoming, window,
+                                  blend_length(n, options.blend_frames), task.frame_rate_hz);
+  seam.found = {out_begin, place.j, n, n, place.distance_m, window.switch_frames, 0.0, 0.0};
   seam.join = window.switch_frames[0];
-  std::vector<BodyFrame> around;
-  for (int f = std::max(0, out_begin - 2); f < out_begin; ++f) {
-    around.push_back(task.outgoing[static_cast<std::size_t>(f)]);
-  }
-  const auto first = around.size();
-  around.insert(around.end(), seam.frames.begin(), seam.frames.end());
-  for (int f = place.j + n; f < std::min(place.j + n + 2, static_cast<int>(task.incoming.size()));
-       ++f) {
-    around.push_back(task.incoming[static_cast<std::size_t>(f)]);
-    around.back().move(seam.outgoing_from_incoming);
-  }
-  const MotionRates rates = motion_rates(task.rows, around, task.frame_rate_hz);
-  const auto largest = [&](const std::vector<double>& values) {
-    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
-    return *std::max_element(begin, begin + n);
-  };
-  seam.found.speed_ratio = largest(rates.speed_m_s) / std::max(1e-9, task.usual.speed_m_s);
-  seam.found.acceleration_ratio =
-      largest(rates.acceleration_m_s2) / std::max(1e-9, task.usual.acceleration_m_s2);
-  return seam;
+  // Of one foot, in a frame of a thirtieth of a second.
+  const double slide_m = 0.5 * candidate.feet.slide_m * task.frame_rate_hz / (30.0 * n);
+  seam.worth_m =
+      off_captured_m(task.rows, window.frames, outgoing, incoming) + kSlideWeight * slide_m;
+  // cost / distance is 1 + the share of the clip that is left out: a loop is to show the clip.
+  const double shown = place.cost / std::max(1e-12, place.distance_m);
+  seam.worth_m *= shown * shown;
+  seam.frames = std::move(window.frames);
+  measure_rates(task, seam);
+  return candidate;
 }
 
-/// How far a seam is beyond what its captures do: at most 1 if it is not.
+/// How far a seam is beyond what its captures do: kGood if it is not.
 double excess(const SewnSeam& seam) {
-  return std::max({1.0, seam.found.speed_ratio, seam.found.acceleration_ratio});
+  return std::max({kGood, seam.found.speed_ratio, seam.found.acceleration_ratio});
+}
+
+/// Those within the captures' rates first, then by how good they are.
+bool better(const SewnSeam& a, const SewnSeam& b) {
+  if (excess(a) != excess(b)) return excess(a) < excess(b);
+  return a.worth_m < b.worth_m;
+}
+
+/// The seam with its feet brought to where they are led, if that is within the captures' rates or
+/// no quicker than without.
+void lead_feet(const SeamTask& task, Candidate& candidate) {
+  if (task.rig == nullptr) return;
+  SewnSeam& seam = candidate.seam;
+  const int beside = std::max(2, static_cast<int>(std::lround(kLegsBesideS * task.frame_rate_hz)));
+  const Surrounded around = surrounded(task, seam, beside);
+  const motion::Clip clip = to_clip(around.frames, task.rows, task.rig->clip);
+  std::array<Eigen::Matrix3Xd, 2> goals;
+  for (std::size_t side = 0; side < 2; ++side) {
+    goals[side].resize(3, clip.frame_count());
+    for (int f = 0; f < clip.frame_count(); ++f) {
+      goals[side].col(f) = positions(task.rows, around.frames[static_cast<std::size_t>(f)])
+                               .col(task.rows.feet[2 * side]);
+    }
+    goals[side].middleCols(around.first, seam.found.frames) = candidate.feet.goals[side];
+  }
+  const motion::Clip placed = motion::place_feet(clip, task.rig->humanoid, goals);
+  motion::FootContacts contacts{task.frame_rate_hz, Eigen::Matrix4Xd(4, clip.frame_count())};
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    contacts.share.col(f) = around.frames[static_cast<std::size_t>(f)].contacts;
+  }
+  const std::vector<BodyFrame> led = to_body_frames(placed, task.rows, contacts);
+  SewnSeam with = seam;
+  // The first and the last frame are captured ones.
+  for (int t = 1; t + 1 < seam.found.frames; ++t) {
+    BodyFrame& frame = with.frames[static_cast<std::size_t>(t)];
+    const double source_frame = frame.source_frame;
+    frame = led[static_cast<std::size_t>(around.first + t)];
+    frame.source_frame = source_frame;
+  }
+  measure_rates(task, with);
+  if (excess(with) <= std::max(1.0, excess(seam))) seam = std::move(with);
+}
+
+/// The overlap played in `count` frames instead of its own: at full speed at both ends, slower
+/// between.
+/// @param around  the overlap among captured frames, which tell how it begins and ends.
+std::vector<BodyFrame> slowed(const Surrounded& around, int own_count, int count) {
+  // Speed falls to 1 - depth over the first quarter and rises again over the last: a ramp
+  // x^2 (3 - 2x) has the mean 1/2, so 3/4 of `depth` are lost in all.
+  const int last = count - 1;
+  const double depth = (1.0 - static_cast<double>(own_count - 1) / last) / 0.75;
+  std::vector<BodyFrame> played;
+  for (int t = 0; t < count; ++t) {
+    const auto lost = [](double u) {  // integral of the ramp, then of 1, from 0 to u <= 1/2
+      const double x = std::min(1.0, 4.0 * u);
+      return 0.25 * x * x * x * (1.0 - 0.5 * x) + std::max(0.0, u - 0.25);
+    };
+    const double u = static_cast<double>(t) / last;
+    const double loss = u <= 0.5 ? lost(u) : 0.75 - lost(1.0 - u);
+    played.push_back(sample(around.frames, around.first + last * (u - depth * loss)));
+  }
+  return played;
+}
+
+/// Plays a seam that is too quick slower: as little as suffices, at most at half its speed.
+void calm(const SeamTask& task, SewnSeam& seam) {
+  const Surrounded own = surrounded(task, seam, 2);
+  SewnSeam best = seam;
+  for (int percent = 120; percent <= 200 && excess(best) > 1.0; percent += 20) {
+    const int count = (seam.found.frames * percent + 50) / 100;
+    SewnSeam slower = seam;
+    slower.frames = slowed(own, seam.found.frames, count);
+    slower.found.played_frames = count;
+    slower.join = seam.join * count / seam.found.frames;
+    measure_rates(task, slower);
+    if (excess(slower) < excess(best)) best = std::move(slower);
+  }
+  seam = std::move(best);
 }
 
 /// Seams of one length, best first: the good ones, at most `count`, or the best of the others.
-std::vector<SewnSeam> sew_apart(const SeamTask& task, const JoinWindowOptions& window, int m, int n,
-                                int count) {
+std::vector<Candidate> sew_apart(const SeamTask& task, const JoinWindowOptions& window,
+                                 const Eigen::MatrixXd& pairs, int n, int count) {
   // Those that leave little out, then those that fit best.
-  std::vector<Place> sorted = places(task, m, n);
+  const auto m = static_cast<int>(pairs.rows());
+  std::vector<Place> sorted = places(task, pairs, n);
   const int least_apart = std::max(1, n / 5);
-  std::vector<Place> candidates = apart(sorted, least_apart, std::max(kTried, count));
+  std::vector<Place> tried = apart(sorted, least_apart, std::max(kTried, count));
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const Place& a, const Place& b) { return a.distance_m < b.distance_m; });
   const std::vector<Place> nearest = apart(sorted, least_apart, kTried);
-  candidates.insert(candidates.end(), nearest.begin(), nearest.end());
-  std::vector<SewnSeam> seams;
-  for (const Place& place : candidates) seams.push_back(sew(task, window, place, m, n));
+  tried.insert(tried.end(), nearest.begin(), nearest.end());
+  std::vector<Candidate> seams;
+  for (const Place& place : tried) seams.push_back(sew(task, window, place, m, n));
   std::stable_sort(seams.begin(), seams.end(),
-                   [](const SewnSeam& a, const SewnSeam& b) { return excess(a) < excess(b); });
-  const auto good = std::count_if(seams.begin(), seams.end(),
-                                  [](const SewnSeam& seam) { return excess(seam) <= 1.0; });
-  std::vector<SewnSeam> kept;
-  for (SewnSeam& seam : seams) {
-    if (std::ssize(kept) == std::clamp<std::ptrdiff_t>(good, 1, count)) break;
+                   [](const Candidate& a, const Candidate& b) { return better(a.seam, b.seam); });
+  std::vector<Candidate> kept;
+  for (Candidate& one : seams) {
+    if (std::ssize(kept) == count) break;
+    const SewnSeam& seam = one.seam;
     // One place may be in both lists.
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const SewnSeam& other) {
-      return std::abs(other.found.out_begin - seam.found.out_begin) < least_apart &&
-             std::abs(other.found.in_begin - seam.found.in_begin) < least_apart;
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+      return std::abs(other.seam.found.out_begin - seam.found.out_begin) < least_apart &&
+             std::abs(other.seam.found.in_begin - seam.found.in_begin) < least_apart;
     });
-    if (!known && (kept.empty() || excess(seam) <= 1.0)) kept.push_back(std::move(seam));
+    const bool good = kept.empty() || (excess(seam) <= kGood &&
+                                       seam.worth_m <= kMuchWorse * kept.front().seam.worth_m);
+    if (!known && good) kept.push_back(std::move(one));
   }
   return kept;
 }
@@ -295,21 +457,40 @@ PlanarMotion align_overlap(const BodyRows& rows, std::span<const BodyFrame> outg
 std::vector<SewnSeam> find_seams(const SeamTask& task, const SeamOptions& options, int count) {
   const int shortest = static_cast<int>(std::min(task.outgoing.size(), task.incoming.size()));
   const bool same = &task.outgoing == &task.incoming;
+  const int wanted = std::max(options.texton_frames,
+                              static_cast<int>(std::lround(options.texton_s * task.frame_rate_hz)));
   // Both ends of one clip must not overlap: T >= 2 m.
-  const int m = std::min(options.texton_frames, same ? shortest / 2 : shortest);
-  const int n = m == options.texton_frames ? options.overlap_frames
+  const int m = std::min(wanted, same ? shortest / 2 : shortest);
+  const int n = m >= options.texton_frames ? options.overlap_frames
                                            : std::min(options.overlap_frames, std::max(4, m / 2));
   LABAN_CHECK(m >= n && n >= 4);
   const JoinWindowOptions window{options.metric, std::min(options.blend_frames, n - 2),
                                  options.poisson, options.joint_weight, options.screening};
-  std::vector<SewnSeam> seams = sew_apart(task, window, m, n, count);
-  if (excess(seams.front()) <= 1.0 || n == m) return seams;
-  // Too quick: over a longer overlap the same difference is smaller.
+  const Eigen::MatrixXd pairs = pair_distances(task, m, n);
+  const auto sewn = [&](int length, int blend) {
+    JoinWindowOptions with = window;
+    with.blend_frames = std::clamp(blend, 1, length - 2);
+    std::vector<SewnSeam> seams;
+    for (Candidate& candidate : sew_apart(task, with, pairs, length, count)) {
+      lead_feet(task, candidate);
+      calm(task, candidate.seam);
+      seams.push_back(std::move(candidate.seam));
+    }
+    return seams;
+  };
+  std::vector<SewnSeam> best = sewn(n, window.blend_frames);
+  // Too quick: over a longer overlap or blend the same difference is smaller, and a shorter one may
+  // find room in a calm moment.
   const int longer = std::min(m, 2 * n);
-  JoinWindowOptions slower = window;
-  slower.blend_frames = std::min(longer - 2, window.blend_frames * longer / n);
-  std::vector<SewnSeam> others = sew_apart(task, slower, m, longer, count);
-  return excess(others.front()) < excess(seams.front()) ? others : seams;
+  const int shorter = std::max(4, n / 2);
+  for (const auto& [length, blend] :
+       {std::array{longer, window.blend_frames * longer / n}, std::array{n, n - 2},
+        std::array{longer, longer - 2}, std::array{shorter, shorter - 2}}) {
+    if (excess(best.front()) <= 1.0) break;
+    std::vector<SewnSeam> others = sewn(length, blend);
+    if (excess(others.front()) < excess(best.front())) best = std::move(others);
+  }
+  return best;
 }
 
 }  // namespace laban::loop

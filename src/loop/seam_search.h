@@ -28,7 +28,7 @@ struct MotionRates {
 [[nodiscard]] UsualMotion usual_motion(const BodyRows& rows, std::span<const BodyFrame> frames,
                                        double frame_rate_hz);
 
-/// /// How many frames at the beginning, 0 to 3, are no motion but leap into it (what is left of a
+/// How many frames at the beginning, 0 to 3, are no motion but leap into it (what is left of a
 /// T-pose that a rig's files begin with): steps over 1.5 times any later one.
 [[nodiscard]] int first_flowing_frame(const motion::Clip& clip, const motion::Humanoid& humanoid);
 /// The capture from that frame on.
@@ -39,7 +39,8 @@ struct SewnSeam {
   FoundSeam found;
   std::vector<BodyFrame> frames;
   PlanarMotion outgoing_from_incoming;
-  int join = 0;  ///< frame of the overlap at which the body switches
+  int join = 0;          ///< frame of the overlap at which the body switches
+  double worth_m = 0.0;  ///< less is better: off the captured, feet that slide, clip left out
 };
 
 struct SeamTask {
@@ -48,11 +49,14 @@ struct SeamTask {
   const std::vector<BodyFrame>& incoming;
   double frame_rate_hz = 0.0;
   UsualMotion usual;
+  /// On whose rig both are; its feet are led over the seam. Null: they go where the legs take them.
+  const motion::Capture* rig = nullptr;
 };
 
-/// Places the overlap, cuts, blends and smooths: the best `count` seams that differ in place, best
-/// first. At least one. Seams whose speed or acceleration is beyond the captures' own come after
-/// all others and are left out where there are others.
+/// Places the overlap, cuts, blends and smooths, leads the feet: the best `count` seams that differ
+/// in place, best first. At least one. Seams whose speed or acceleration is beyond the captures'
+/// own come after all others and are left out where there are others, and so are seams that are
+/// much worse than the best: frames far from all captured ones, and feet that slide.
 [[nodiscard]] std::vector<SewnSeam> find_seams(const SeamTask& task, const SeamOptions& options,
                                                int count);
 

@@ -88,7 +88,8 @@ HeldFrames hold_round(const Frames& round, int join, const PlanarMotion& motion,
   rounds.insert(rounds.end(), round.begin(), round.end());
   const Frames after = moved(round, motion);
   rounds.insert(rounds.end(), after.begin(), after.end());
-  HeldFrames held = hold_feet(rounds, rows, capture, floor, {join, count + join, 2 * count + join});
+  HeldFrames held =
+      hold_feet(rounds, rows, capture, floor, {join, count + join, 2 * count + join}, false);
   Frames before(held.frames.begin(), held.frames.begin() + count);
   before = moved(std::move(before), motion);
   Frames own(held.frames.begin() + count, held.frames.begin() + 2 * count);
@@ -145,7 +146,8 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
   const BodyRows rows(capture.clip.skeleton(), capture.humanoid);
   const Sewable sewn = sewable(capture, rows);
   const SewnSeam seam =
-      find_seams({rows, sewn.frames, sewn.frames, rate_hz, sewn.usual}, options.seam, 1).front();
+      find_seams({rows, sewn.frames, sewn.frames, rate_hz, sewn.usual, &capture}, options.seam, 1)
+          .front();
   const int in_end = seam.found.in_begin + seam.found.frames;
   Frames frames(sewn.frames.begin() + in_end, sewn.frames.begin() + seam.found.out_begin);
   const int seam_begin = static_cast<int>(frames.size());
@@ -172,7 +174,7 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
                     {},
                     seam.found,
                     seam_begin,
-                    seam_begin + seam.found.frames,
+                    seam_begin + seam.found.played_frames,
                     closed ? 0.0 : round.travel.norm(),
                     closed ? 0.0 : round.turn,
                     closed,
@@ -202,7 +204,7 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
   usual.speed_m_s = std::max(usual.speed_m_s, b.usual.speed_m_s);
   usual.acceleration_m_s2 = std::max(usual.acceleration_m_s2, b.usual.acceleration_m_s2);
   const SewnSeam seam =
-      find_seams({rows, a.frames, b.frames, rate_hz, usual}, options.seam, 1).front();
+      find_seams({rows, a.frames, b.frames, rate_hz, usual, &first}, options.seam, 1).front();
   Frames frames(a.frames.begin(), a.frames.begin() + seam.found.out_begin);
   frames.insert(frames.end(), seam.frames.begin(), seam.frames.end());
   const int in_end = seam.found.in_begin + seam.found.frames;
@@ -212,17 +214,17 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
     // Joints above the hips are the first clip's.
     frames.back().source_frame = seam.found.out_begin;
   }
-  for (int t = seam.join; t < seam.found.frames; ++t) {
+  for (int t = seam.join; t < seam.found.played_frames; ++t) {
     const int frame = seam.found.out_begin + t;
     frames[static_cast<std::size_t>(frame)].source_frame = seam.found.out_begin;
   }
   HeldFrames held{frames, 0};
   const auto floor = a.contacts.floor ? a.contacts.floor : b.contacts.floor;
   if (options.hold_feet && floor) {
-    held = hold_feet(frames, rows, first, *floor, {seam.found.out_begin + seam.join});
+    held = hold_feet(frames, rows, first, *floor, {seam.found.out_begin + seam.join}, true);
   }
   JoinedClips joined{to_clip(held.frames, rows, first.clip), seam.found, seam.found.out_begin,
-                     seam.found.out_begin + seam.found.frames, held.stances};
+                     seam.found.out_begin + seam.found.played_frames, held.stances};
   if (options.in_place) joined.clip = motion::in_place(joined.clip, first.humanoid);
   return joined;
 }

@@ -150,23 +150,47 @@ struct Clustering {
   double objective;
 };
 
-constexpr int kMixtureBeginnings = 5;
+// Short runs of EM from many beginnings, the best of which are run to their end.
+constexpr int kMixtureBeginnings = 24;
+constexpr int kShortIterations = 15;
+constexpr std::size_t kLongRuns = 3;
+
+/// EM ends in the optimum nearest to where it begins: the best of several.
+GaussianMixture best_mixture(const MatrixXd& points, std::vector<int> first_labels,
+                             const KMeansOptions& hard, base::Rng& rng) {
+  struct Beginning {
+    double likelihood = 0.0;
+    std::vector<int> labels;
+  };
+  GaussianMixtureOptions options;
+  options.floor = 1e-4;  // a centimetre: poses are no surer than that
+  GaussianMixtureOptions brief = options;
+  brief.max_iterations = kShortIterations;
+  KMeansOptions once = hard;
+  once.restarts = 1;
+  std::vector<Beginning> beginnings;
+  for (int n = 0; n < kMixtureBeginnings; ++n) {
+    std::vector<int> labels = n == 0 ? std::move(first_labels) : k_means(points, once, rng).labels;
+    const double likelihood = gaussian_mixture(points, labels, brief).mean_log_likelihood;
+    beginnings.push_back({likelihood, std::move(labels)});
+  }
+  std::stable_sort(
+      beginnings.begin(), beginnings.end(),
+      [](const Beginning& a, const Beginning& b) { return a.likelihood > b.likelihood; });
+  GaussianMixture best = gaussian_mixture(points, beginnings.front().labels, options);
+  for (std::size_t n = 1; n < kLongRuns; ++n) {
+    GaussianMixture other = gaussian_mixture(points, beginnings[n].labels, options);
+    if (other.mean_log_likelihood > best.mean_log_likelihood) best = std::move(other);
+  }
+  return best;
+}
 
 std::vector<Clustering> all_clusterings(const MatrixXd& points, int clusters, base::Rng& rng) {
   KMeansOptions options;
   options.clusters = clusters;
   const KMeans hard = k_means(points, options, rng);
   const FuzzyKMeans fuzzy = fuzzy_k_means(points, hard.centers);
-  GaussianMixtureOptions mixture_options;
-  mixture_options.floor = 1e-4;  // a centimetre: poses are no surer than that
-  GaussianMixture mixture = gaussian_mixture(points, hard.labels, mixture_options);
-  // EM ends in the nearest optimum: the best of several beginnings.
-  options.restarts = 1;
-  for (int beginning = 1; beginning < kMixtureBeginnings; ++beginning) {
-    GaussianMixture other =
-        gaussian_mixture(points, k_means(points, options, rng).labels, mixture_options);
-    if (other.mean_log_likelihood > mixture.mean_log_likelihood) mixture = std::move(other);
-  }
+  const GaussianMixture mixture = best_mixture(points, hard.labels, options, rng);
   return {{PrimitiveMethod::kKMeans, hard.centers, hard.labels, hard.inertia},
           {PrimitiveMethod::kFuzzyKMeans, fuzzy.centers, hard_labels(fuzzy.memberships),
            fuzzy.objective},

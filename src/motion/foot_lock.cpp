@@ -441,7 +441,9 @@ Eigen::RowVectorXd body_shift(const std::array<Foot, 2>& feet, const FootFloor& 
                               const FootLockOptions& options, const Scale& scale) {
   const Index frames = feet[0].frames();
   std::vector<Index> borders = {0};
-  borders.insert(borders.end(), options.joins.begin(), options.joins.end());
+  if (options.level_parts) {
+    borders.insert(borders.end(), options.joins.begin(), options.joins.end());
+  }
   borders.push_back(frames);
   std::vector<std::optional<double>> shifts;
   for (std::size_t n = 0; n + 1 < borders.size(); ++n) {

@@ -1,11 +1,14 @@
 #include "motion/place_feet.h"
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
+#include "laban/base/error.h"
 #include "laban/math/low_pass.h"
 #include "laban/math/rotation.h"
 #include "laban/motion/forward_kinematics.h"
+#include "laban/motion/place_feet.h"
 
 namespace laban::motion {
 namespace {
@@ -154,6 +157,27 @@ Clip place_feet(const Clip& clip, const std::array<LegJoints, 2>& legs,
     placed = rotations.on(clip);
   }
   return placed;
+}
+
+Clip place_feet(const Clip& clip, const Humanoid& humanoid,
+                const std::array<Eigen::Matrix3Xd, 2>& goals) {
+  if (clip.joint_count() != humanoid.rig_joint_count()) {
+    throw base::Error(base::ErrorKind::kUsage, "place_feet: the clip has " +
+                                                   std::to_string(clip.joint_count()) +
+                                                   " joints, the humanoid was made for " +
+                                                   std::to_string(humanoid.rig_joint_count()));
+  }
+  for (const Eigen::Matrix3Xd& path : goals) {
+    if (path.cols() != clip.frame_count() || !path.allFinite()) {
+      throw base::Error(base::ErrorKind::kData, "place_feet: " + std::to_string(path.cols()) +
+                                                    " goals for " +
+                                                    std::to_string(clip.frame_count()) +
+                                                    " frames (must be as many, and finite)");
+    }
+  }
+  std::vector<ModelPose> poses;
+  for (int f = 0; f < clip.frame_count(); ++f) poses.push_back(forward_kinematics(clip, f));
+  return place_feet(clip, legs_of(humanoid, poses), goals);
 }
 
 }  // namespace laban::motion

@@ -963,5 +963,31 @@ TEST(WriteBvh, RefusesOptionsWithoutSense) {
   EXPECT_EQ(message({.decimals = 16}), "BvhWriteOptions::decimals = 16 (must be from 0 to 15)");
 }
 
+TEST(BvhStream, WritesInPiecesWhatIsWrittenWhole) {
+  // Swings wide enough for angles to pass 180 degrees.
+  const motion::Clip clip = test::random_clip({.frames = 50, .amplitude_rad = 3.0});
+  for (const int cut : {1, 17, 49}) {
+    BvhStream stream(clip.slice(0, 1));
+    std::string text = stream.head(50);
+    text += stream.rows(clip.slice(0, cut));
+    text += stream.rows(clip.slice(cut, 50));
+    EXPECT_EQ(text, write_bvh(clip).text) << cut;
+  }
+}
+
+TEST(BvhStream, HeadHoldsTheFramesThatAreAnnounced) {
+  const motion::Clip clip = test::random_clip();
+  BvhStream stream(clip);
+  EXPECT_THAT(stream.head(3000000000), HasSubstr("\nFrames: 3000000000\n"));
+  EXPECT_THAT(stream.renames(), IsEmpty());
+}
+
+TEST(BvhStream, RefusesPiecesOfAnotherRigOrRate) {
+  BvhStream stream(test::random_clip({.joints = 5}));
+  EXPECT_THROW((void)stream.rows(test::random_clip({.joints = 4})), Error);
+  EXPECT_THROW((void)stream.rows(test::random_clip({.frame_rate_hz = 30.0})), Error);
+  EXPECT_THROW(BvhStream(test::random_clip(), {.decimals = 16}), Error);
+}
+
 }  // namespace
 }  // namespace laban::io

@@ -25,7 +25,7 @@ Eigen::MatrixXd plain_epoch(const SelfOrganizingMap& before, const Eigen::Matrix
           before.position(node) - before.position(units[static_cast<std::size_t>(n)]);
       const auto side = [radius](double d) {
         const double u = d / radius;
-        return std::exp(-0.5 * u * u) + 1e-3 * std::exp(-0.5 * u * u / 16.0);
+        return std::exp(-0.5 * u * u) + 1e-4 * std::exp(-0.5 * u * u / 64.0);
       };
       const double h = side(apart.x()) * side(apart.y());
       sum += h * x.col(n);

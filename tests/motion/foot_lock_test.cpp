@@ -233,6 +233,35 @@ TEST(FootLock, StepsWhereAJoinWouldMakeAFootSlide) {
   EXPECT_LT((toe.col(170) - toe.col(125)).norm(), 1e-3);
 }
 
+TEST(FootLock, PartsOfOneCaptureKeepTheirHeight) {
+  // The toe is on the ground in two parts, in the second 3 cm higher.
+  const Clip clip = sliding(0.5, 0.0);
+  Eigen::Matrix3Xd root = clip.root_positions();
+  root.row(1).tail(kFrames - 90).array() += 0.03;
+  std::vector<Eigen::Quaterniond> rotations;
+  for (int f = 0; f < kFrames; ++f) {
+    const auto local = clip.rotations(f);
+    rotations.insert(rotations.end(), local.begin(), local.end());
+  }
+  const Clip raised(clip.shared_skeleton(), kRateHz, root, rotations);
+  FootContacts contacts{kRateHz, Eigen::Matrix4Xd::Zero(4, kFrames)};
+  for (const int begin : {10, 120}) {
+    contacts.share.row(index_of(FootPoint::kLeftToe)).segment(begin, 40).setOnes();
+  }
+  FootLockOptions options;
+  const double toe_m = left_toe_path(clip)(1, 30);
+  options.floor = FootFloor{toe_m, toe_m};
+  options.joins = {90};
+  const auto rise = [&](bool level_parts) {
+    options.level_parts = level_parts;
+    const Eigen::Matrix3Xd held =
+        lock_feet(raised, humanoid_of(clip), contacts, options).clip.root_positions();
+    return held(1, 175) - held(1, 5) - (root(1, 175) - root(1, 5));
+  };
+  EXPECT_NEAR(rise(false), 0.0, 0.002);
+  EXPECT_NEAR(rise(true), -0.03, 0.005);
+}
+
 TEST(FootLock, WithoutContactsNothingChanges) {
   const Clip clip = sliding();
   const FootContacts none{kRateHz, Eigen::Matrix4Xd::Zero(4, kFrames)};

@@ -1,6 +1,7 @@
-// Seams of ten captures of different kinds, by graph cut and by plain cross-fading of the same
-// overlaps: foot skate, distance to the nearest captured frame, speed and acceleration. Then 1700
-// frames of each: how much of the clip they use, and what their seams and turns look like.
+// Seams of ten captures of different kinds, by graph cut and by plain cross-fading, of the same
+// overlaps and of the clip's last frames with its first: foot skate, distance to the nearest
+// captured frame, speed and acceleration, with the capture on both sides. Then 1700 frames of each:
+// how much of the clip they use, and what their seams and turns look like.
 //
 // Usage: loop_study [CLIP...]; without clips those of $LABAN_DATA named below.
 
@@ -82,24 +83,21 @@ struct Study {
 
   [[nodiscard]] double rate() const { return capture.clip.frame_rate_hz(); }
 
-  /// Figures of `overlap`, put where `seam` belongs, a second of capture on both sides.
+  /// Figures of `overlap`, put where `seam` belongs, the capture on both sides.
   [[nodiscard]] Figures measure(const SewnSeam& seam, const Frames& overlap, bool hold) const {
-    const int beside = static_cast<int>(rate());
     const FoundSeam& at = seam.found;
-    const int begin = std::max(0, at.out_begin - beside);
-    Frames played(frames.begin() + begin, frames.begin() + at.out_begin);
+    Frames played(frames.begin(), frames.begin() + at.out_begin);
     const auto first = played.size();
     played.insert(played.end(), overlap.begin(), overlap.end());
     const int in_end = at.in_begin + at.frames;
-    const int end = std::min(static_cast<int>(frames.size()), in_end + beside);
-    for (int f = in_end; f < end; ++f) {
+    for (int f = in_end; f < static_cast<int>(frames.size()); ++f) {
       played.push_back(frames[static_cast<std::size_t>(f)]);
       played.back().move(seam.outgoing_from_incoming);
     }
     if (hold && contacts.floor) {
-      played =
-          hold_feet(played, rows, capture, *contacts.floor, {static_cast<int>(first) + seam.join})
-              .frames;
+      played = hold_feet(played, rows, capture, *contacts.floor,
+                         {static_cast<int>(first) + seam.join}, false)
+                   .frames;
     }
     return figures_of(played, first, overlap.size());
   }
@@ -137,16 +135,34 @@ void print(const char* method, const Figures& figures) {
               method, figures.skate_cm, figures.nearest_cm, figures.speed, figures.acceleration);
 }
 
+/// The last frames of the clip over its first ones, as long as the overlap of a seam.
+SewnSeam ends_of(const Study& study, int overlap) {
+  SewnSeam ends;
+  ends.found.out_begin = static_cast<int>(study.frames.size()) - overlap;
+  ends.found.frames = overlap;
+  ends.found.played_frames = overlap;
+  ends.join = overlap / 2;
+  const Frames outgoing(study.frames.end() - overlap, study.frames.end());
+  Frames incoming(study.frames.begin(), study.frames.begin() + overlap);
+  ends.outgoing_from_incoming = align_overlap(study.rows, outgoing, incoming);
+  for (BodyFrame& frame : incoming) frame.move(ends.outgoing_from_incoming);
+  ends.frames = cross_fade(outgoing, incoming);
+  return ends;
+}
+
 struct Totals {
   std::map<std::string, Figures> mean;
   int clips = 0;
 };
 
 void study_seams(const Study& study, const SeamOptions& options, Totals& totals) {
-  const SeamTask task{study.rows, study.frames, study.frames, study.rate(), study.usual};
+  const SeamTask task{study.rows,   study.frames, study.frames,
+                      study.rate(), study.usual,  &study.capture};
   const std::vector<SewnSeam> seams = find_seams(task, options, 3);
   const double share = 1.0 / static_cast<double>(seams.size());
   std::map<std::string, Figures> figures;
+  const SewnSeam ends = ends_of(study, seams.front().found.frames);
+  figures["0 cross-fade of ends"].add(study.measure(ends, ends.frames, false), 1.0);
   for (const SewnSeam& seam : seams) {
     const auto out = study.frames.begin() + seam.found.out_begin;
     const auto in = study.frames.begin() + seam.found.in_begin;
@@ -208,8 +224,9 @@ void study_output(const Study& study) {
       // A turn in fast motion is as fast: beside what the capture does there.
       const auto around = static_cast<std::int64_t>(0.2 * study.rate());
       double captured = study.usual.acceleration_m_s2;
-      for (auto f = std::max<std::int64_t>(0, part.end - around);
-           f < std::min<std::int64_t>(kFrames, part.end + around); ++f) {
+      // A turn plays its frames at half the speed.
+      for (auto f = std::max<std::int64_t>(0, part.end - 2 * around);
+           f < std::min<std::int64_t>(kFrames, part.end + 2 * around); ++f) {
         const auto source = static_cast<std::size_t>(
             std::clamp(std::lround(looped.source_frames[static_cast<std::size_t>(f)]), 0L,
                        std::ssize(study.frames) - 1));

@@ -16,10 +16,12 @@ loop::SeamOptions SeamChoices::resolved() const {
 void add_seam_options(CLI::App* verb, SeamChoices& choices) {
   const std::string group = "Seams";
   loop::SeamOptions& options = choices.options;
+  // What is asked for is not lengthened.
   verb->add_option("--texton-frames", options.texton_frames,
-                   "frames at the end and at the beginning in which a seam is looked for")
+                   "frames at the end and at the beginning in which a seam is looked for (default: "
+                   "100, at least 2 s)")
       ->check(CLI::Range(8, 2000))
-      ->capture_default_str()
+      ->each([&options](const std::string&) { options.texton_s = 0.0; })
       ->group(group);
   verb->add_option("--overlap", options.overlap_frames,
                    "frames in which both play and each joint switches at its own")
@@ -68,13 +70,10 @@ void add_turning_options(CLI::App* verb, TurningChoices& choices) {
 }
 
 Json to_json(const loop::FoundSeam& seam) {
-  return {{"out_begin", seam.out_begin},
-          {"in_begin", seam.in_begin},
-          {"frames", seam.frames},
-          {"distance_m", seam.distance_m},
-          {"switch_frames", seam.switch_frames},
-          {"speed_ratio", seam.speed_ratio},
-          {"acceleration_ratio", seam.acceleration_ratio}};
+  return {{"out_begin", seam.out_begin},     {"in_begin", seam.in_begin},
+          {"frames", seam.frames},           {"played_frames", seam.played_frames},
+          {"distance_m", seam.distance_m},   {"switch_frames", seam.switch_frames},
+          {"speed_ratio", seam.speed_ratio}, {"acceleration_ratio", seam.acceleration_ratio}};
 }
 
 std::string to_text(const loop::FoundSeam& seam) {
@@ -87,6 +86,7 @@ std::string to_text(const loop::FoundSeam& seam) {
 
 Json to_json(const SeamChoices& choices) {
   return {{"texton_frames", choices.options.texton_frames},
+          {"texton_s", choices.options.texton_s},
           {"overlap", choices.options.overlap_frames},
           {"blend_frames", choices.options.blend_frames},
           {"seam_metric", choices.metric},

@@ -18,11 +18,16 @@ struct SeamOptions {
   /// The seam is looked for in so many frames at the outgoing clip's end and at the incoming one's
   /// beginning (m of [Graphcut]), >= 8; half the clip where that is shorter.
   int texton_frames = 100;
+  /// And in so many seconds, >= 0, where that is more and the clip has them: at 120 Hz a hundred
+  /// frames are less than one step of a walk.
+  double texton_s = 2.0;
   /// Frames in which both are played, of which the cut chooses for each joint where it switches
   /// (n_overlap of [Graphcut]), 4 .. texton_frames; half of that where it was shortened.
   int overlap_frames = 50;
   SeamMetric metric = SeamMetric::kDifference;
   /// Frames of the blend along the seam (k of [Graphcut, eq. 11-13]), >= 1, at most the overlap.
+  /// Its weight is of the fifth degree (ours): the acceleration of the paper's cubic leaps at both
+  /// ends.
   int blend_frames = 25;
   /// Rebuild the overlap from blended gradients [Graphcut, eq. 14] instead of the blend alone.
   bool poisson = true;
@@ -57,13 +62,15 @@ struct FoundSeam {
   int out_begin = 0;  ///< first frame of the overlap in the outgoing clip
   int in_begin = 0;   ///< and in the incoming one
   int frames = 0;     ///< of the overlap
+  /// Frames it is played in: more than `frames` where it would be quicker than the captures are.
+  int played_frames = 0;
   /// Mean distance of the two over the overlap, metres a joint: angles times the reach of the
   /// joint, height, velocity over the ground.
   double distance_m = 0.0;
   /// First frame of the overlap, for each joint of the rig, that comes from the incoming clip.
   std::vector<int> switch_frames;
-  /// Greatest rms speed and acceleration of the body in the overlap, in 99th percentiles of the
-  /// captures' own.
+  /// Greatest rms speed and acceleration of the body in the overlap and beside it, in 99th
+  /// percentiles of the captures' own.
   double speed_ratio = 0.0;
   double acceleration_ratio = 0.0;
 };

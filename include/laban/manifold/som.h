@@ -46,9 +46,9 @@ struct SomOptions {
 ///
 /// Units are searched in single precision by matrix product; sums a unit are kept in double and
 /// smoothed along rows, then columns, since the neighbourhood is a product of two. It is a Gaussian
-/// on a faint one of a thousandth the height and four times the width, which keeps nodes in order
-/// where samples are fewer than nodes (ours). A node so far from all units
-/// that its weights vanish keeps its place.
+/// on a faint one of a ten-thousandth the height and eight times the width, which keeps nodes in
+/// order where samples are fewer than nodes (ours). A node so far from all units that its weights
+/// vanish keeps its place.
 ///
 /// @param x         D x N, a column a sample, N >= 1, finite.
 /// @param progress  may be null; told after each epoch.

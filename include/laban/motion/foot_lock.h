@@ -15,9 +15,11 @@ struct FootLockOptions {
   /// Where heels and toes are to stand; nullopt: at their median heights in contact.
   std::optional<FootFloor> floor;
   /// First frames of what follows a join, ascending. Between joins the body is raised or lowered as
-  /// a whole until its feet stand on the floor; a foot that is on the ground on both sides of a
-  /// join steps if it would have to slide too far.
+  /// a whole until its feet stand on the floor (level_parts); a foot that is on the ground on both
+  /// sides of a join steps if it would have to slide too far.
   std::vector<int> joins;
+  /// False where all parts are of one capture, whose floor is theirs.
+  bool level_parts = true;
   /// A foot is brought to where it stands, and let go, over this time, seconds.
   double ease_s = 0.25;
   /// Sliding over a join farther than this takes a step.
