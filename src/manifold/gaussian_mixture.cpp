@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 
 namespace laban::manifold {
 namespace {
@@ -48,8 +48,8 @@ double expect(const Eigen::Ref<const MatrixXd>& x, GaussianMixture& mixture) {
     }
     const MatrixXd white = factor.matrixL().solve(x.colwise() - mixture.means.col(k));
     const double log_root = MatrixXd(factor.matrixL()).diagonal().array().log().sum();
-    const double constant = std::log(mixture.weights[k]) - log_root -
-                            0.5 * dimensions * std::log(2.0 * std::numbers::pi);
+    const double constant =
+        std::log(mixture.weights[k]) - log_root - 0.5 * dimensions * math::kLogTwoPi;
     log_density.row(k) = (constant - 0.5 * white.colwise().squaredNorm().array()).matrix();
   }
   double sum = 0.0;

@@ -16,7 +16,7 @@ using base::ErrorKind;
 
 constexpr double kStretchS = 8.0;
 constexpr double kMarginS = 2.0;
-constexpr double kFadeS = 0.5;
+constexpr double kPieceFadeS = 0.5;
 
 int frames_in(double seconds, double frame_rate_hz) {
   return std::max(2, static_cast<int>(std::lround(seconds * frame_rate_hz)));
@@ -78,7 +78,7 @@ void FootLockStream::push(const Clip& piece) {
     frame_rate_hz_ = piece.frame_rate_hz();
     stretch_ = frames_in(kStretchS, frame_rate_hz_);
     margin_ = frames_in(kMarginS, frame_rate_hz_);
-    fade_ = frames_in(kFadeS, frame_rate_hz_);
+    fade_ = frames_in(kPieceFadeS, frame_rate_hz_);
   }
   if (piece.shared_skeleton() != skeleton_ || piece.frame_rate_hz() != frame_rate_hz_) {
     throw Error(ErrorKind::kData,

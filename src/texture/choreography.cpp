@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
+#include "laban/texture/constrained_synthesis.h"
 #include "laban/texture/texton_fit.h"
 
 namespace laban::texture {
@@ -18,8 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::Ref;
 using Eigen::VectorXd;
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr int kFewestFrames = 5;
 constexpr int kMostFrames = 36000;
 // A length off by this log ratio costs half a nat.
 constexpr double kLengthDeviation = 0.1;
@@ -43,10 +42,10 @@ LengthCosts length_costs(const MotionTexture& texture, int texton, bool may_be_c
   if (known.empty()) return lengths;
   const auto [least, most] = std::minmax_element(known.begin(), known.end());
   const double low = may_be_cut ? 0.5 : 1.0 - kLengthReach;
-  lengths.shortest = std::max(kFewestFrames, static_cast<int>(low * *least));
-  const int longest = std::max(kFewestFrames, static_cast<int>((1.0 + kLengthReach) * *most));
+  lengths.shortest = std::max(kFewestConstrained, static_cast<int>(low * *least));
+  const int longest = std::max(kFewestConstrained, static_cast<int>((1.0 + kLengthReach) * *most));
   for (int length = lengths.shortest; length <= longest; ++length) {
-    double nearest = kInfinite;
+    double nearest = math::kInfinity;
     for (const int one : known) {
       nearest = std::min(nearest, std::abs(std::log(static_cast<double>(length) / one)));
     }
@@ -67,12 +66,12 @@ VectorXd pose_costs(const MotionTexture& texture, const Ref<const MatrixXd>& fra
 
 MatrixXd known_costs(const MotionTexture& texture) {
   return transition_matrix(texture).unaryExpr(
-      [](double p) { return p > 0.0 ? std::max(0.0, -std::log(p)) : kInfinite; });
+      [](double p) { return p > 0.0 ? std::max(0.0, -std::log(p)) : math::kInfinity; });
 }
 
 /// Costs of changes that were never made, by the distance of their nearest poses.
 MatrixXd with_jumps(const MotionTexture& texture, MatrixXd costs) {
-  MatrixXd distances = MatrixXd::Constant(costs.rows(), costs.cols(), kInfinite);
+  MatrixXd distances = MatrixXd::Constant(costs.rows(), costs.cols(), math::kInfinity);
   for (const Segment& out : texture.segments) {
     const auto end = texture.observations.middleCols(out.begin + out.length - 2, 2);
     for (const Segment& in : texture.segments) {
@@ -85,7 +84,7 @@ MatrixXd with_jumps(const MotionTexture& texture, MatrixXd costs) {
   const double usual = std::max(1e-9, nearest[nearest.size() / 2]);
   for (Index i = 0; i < costs.rows(); ++i) {
     for (Index j = 0; j < costs.cols(); ++j) {
-      if (costs(i, j) < kInfinite || !(distances(i, j) < kInfinite)) continue;
+      if (costs(i, j) < math::kInfinity || !(distances(i, j) < math::kInfinity)) continue;
       costs(i, j) = kJumpNats * (1.0 + distances(i, j) / usual);
     }
   }
@@ -102,8 +101,8 @@ class FrameTable {
       whole_.push_back(length_costs(texture, j, false));
       cut_.push_back(length_costs(texture, j, true));
     }
-    cost_.setConstant(textons_, frames + 1, kInfinite);
-    enter_.setConstant(textons_, frames + 1, kInfinite);
+    cost_.setConstant(textons_, frames + 1, math::kInfinity);
+    enter_.setConstant(textons_, frames + 1, math::kInfinity);
     length_.setZero(textons_, frames + 1);
     before_.setConstant(textons_, frames + 1, -1);
     enter_.col(0) = start;
@@ -169,10 +168,11 @@ void check_ends(const MotionTexture& texture, const Ref<const MatrixXd>& from,
     throw Error(ErrorKind::kUsage, "a choreography goes from two frames of " +
                                        std::to_string(rows) + " numbers to two frames");
   }
-  if (frames < kFewestFrames || frames > kMostFrames) {
+  if (frames < kFewestConstrained || frames > kMostFrames) {
     throw Error(ErrorKind::kUsage, "a choreography of " + std::to_string(frames) +
-                                       " frames (must be from " + std::to_string(kFewestFrames) +
-                                       " to " + std::to_string(kMostFrames) + ")");
+                                       " frames (must be from " +
+                                       std::to_string(kFewestConstrained) + " to " +
+                                       std::to_string(kMostFrames) + ")");
   }
 }
 
@@ -188,14 +188,14 @@ Choreography plan_choreography(const MotionTexture& texture, const Ref<const Mat
     const MatrixXd changes = jumps ? with_jumps(texture, known) : known;
     const FrameTable table(texture, changes, start, frames);
     Choreography best;
-    best.cost = kInfinite;
+    best.cost = math::kInfinity;
     for (int j = 0; j < texture.texton_count(); ++j) {
       const double cost = table.cost(j) + end[j];
       if (cost < best.cost) best = {table.path(j), cost, 0};
     }
-    if (best.cost == kInfinite) continue;
+    if (best.cost == math::kInfinity) continue;
     for (std::size_t n = 1; n < best.path.size(); ++n) {
-      if (known(best.path[n - 1].texton, best.path[n].texton) == kInfinite) ++best.jumps;
+      if (known(best.path[n - 1].texton, best.path[n].texton) == math::kInfinity) ++best.jumps;
     }
     return best;
   }

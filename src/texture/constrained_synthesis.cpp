@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 
 namespace laban::texture {
 namespace {
@@ -168,7 +169,6 @@ MatrixXd ConstrainedStates::solve(const Ref<const MatrixXd>& states,
 // The rows' joint density, integrated over the unknown frames: a normal density of their least
 // squares, times (2 pi)^(unknown / 2) |A'A|^(-1/2).
 double ConstrainedStates::log_density(const Ref<const MatrixXd>& likeliest) const {
-  constexpr double kLogTwoPi = 1.8378770664093453;
   const double squares = rows_left(likeliest, MatrixXd()).squaredNorm();
   double log_determinant = 0.0;
   for (int s = first_; s <= last_; ++s) {
@@ -176,7 +176,7 @@ double ConstrainedStates::log_density(const Ref<const MatrixXd>& likeliest) cons
   }
   const double rows = length_ - 2;
   const auto given = static_cast<double>(known_.size() - 2);
-  return -0.5 * (squares + log_determinant + given * dimension() * kLogTwoPi) +
+  return -0.5 * (squares + log_determinant + given * dimension() * math::kLogTwoPi) +
          rows * next_.diagonal().array().log().sum();
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 #include "laban/motion/pose_matrix.h"
 #include "laban/texture/constrained_synthesis.h"
 
@@ -18,9 +19,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Ref;
 using Eigen::VectorXd;
-
-constexpr int kStepRow = kObservationRows - 3;
-constexpr double kLogTwoPi = 1.8378770664093453;
 
 /// One texton's way over a gap.
 struct Bridge {
@@ -46,9 +44,10 @@ Bridge bridge(const Texton& texton, const MatrixXd& ends, int gap) {
     found.filled.col(f) += (1.0 - share) * beside.col(1) + share * beside.col(2);
   }
   const double outside = static_cast<double>(ends.rows() - texton.dimension());
-  found.log_density = system.log_density(x) -
-                      0.5 * (beside.rightCols(2).squaredNorm() / texton.residual_variance +
-                             2.0 * outside * (kLogTwoPi + std::log(texton.residual_variance)));
+  found.log_density =
+      system.log_density(x) -
+      0.5 * (beside.rightCols(2).squaredNorm() / texton.residual_variance +
+             2.0 * outside * (math::kLogTwoPi + std::log(texton.residual_variance)));
   return found;
 }
 

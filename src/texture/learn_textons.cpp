@@ -97,15 +97,6 @@ MatrixXd normalized(MatrixXd counts) {
   return counts;
 }
 
-double segments_log_likelihood(const MatrixXd& observations, const Texton& texton,
-                               const std::vector<Segment>& segments) {
-  const TextonLikelihood likelihood(texton);
-  double sum = 0.0;
-  for (const Segment& segment : segments)
-    sum += likelihood.segment(observations.middleCols(segment.begin, segment.length));
-  return sum;
-}
-
 /// Frames whose texton differs, and cuts that are new, between two labellings of the same frames.
 void count_changes(const std::vector<Segment>& before, const std::vector<Segment>& after,
                    LearningRound& round) {

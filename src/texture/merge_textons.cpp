@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
+#include "laban/math/constants.h"
 #include "laban/math/parallel.h"
 
 namespace laban::texture {
@@ -15,7 +15,6 @@ using Eigen::MatrixXd;
 
 // Partners that are tried for each texton: those that explain each other best.
 constexpr int kPartners = 3;
-constexpr double kNever = -std::numeric_limits<double>::infinity();
 
 /// A texton and the segments it explains; none once it has been merged into another.
 struct Cluster {
@@ -23,15 +22,6 @@ struct Cluster {
   Texton texton;
   double log_likelihood = 0.0;
 };
-
-double segments_log_likelihood(const MatrixXd& observations, const Texton& texton,
-                               const std::vector<Segment>& segments) {
-  const TextonLikelihood likelihood(texton);
-  double sum = 0.0;
-  for (const Segment& segment : segments)
-    sum += likelihood.segment(observations.middleCols(segment.begin, segment.length));
-  return sum;
-}
 
 class Merger {
  public:
@@ -123,11 +113,11 @@ class Merger {
     std::map<Pair, double> pairs;
     for (Index i = 0; i < cross.rows(); ++i) {
       Eigen::VectorXd closeness = cross.row(i).transpose() + cross.col(i);
-      closeness[i] = kNever;
+      closeness[i] = -math::kInfinity;
       for (int n = 0; n < kPartners && n + 1 < cross.rows(); ++n) {
         Index j = 0;
         closeness.maxCoeff(&j);
-        closeness[j] = kNever;
+        closeness[j] = -math::kInfinity;
         pairs[pair_of(static_cast<int>(i), static_cast<int>(j))] = 0.0;
       }
     }

@@ -20,7 +20,6 @@ using motion::kStandardJointCount;
 using motion::PoseMatrix;
 
 constexpr int kHeightRow = kAngleRowCount;
-constexpr int kStepRow = kAngleRowCount + 1;
 
 /// The rotation that lies nearest to all of a joint's [Markley et al. 2007]: eigenvector of
 /// sum q q' of the largest eigenvalue; q and -q count alike.

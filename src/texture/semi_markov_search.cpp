@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 
 namespace laban::texture {
 namespace {
@@ -14,7 +14,6 @@ using base::ErrorKind;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-constexpr double kNever = -std::numeric_limits<double>::infinity();
 constexpr int kNobody = -1;
 
 /// The paths that are still open, as trees of their segments grown from the take's beginning: each
@@ -82,11 +81,11 @@ class PathTree {
 /// What is known of one texton over the last frames. Column c of a window is frame
 /// (first frame of the block) - T_min + c: T_min frames of the past, then those of the block.
 struct Window {
-  std::vector<double> delta;  ///< best log-likelihood of the take up to t, the last label i
-  std::vector<int> node;      ///< its last segment
-  std::vector<double> sum;    ///< S_i(t)
-  std::vector<double> start;  ///< start_i(t)
-  double best = kNever;       ///< the running maximum over b
+  std::vector<double> delta;       ///< best log-likelihood of the take up to t, the last label i
+  std::vector<int> node;           ///< its last segment
+  std::vector<double> sum;         ///< S_i(t)
+  std::vector<double> start;       ///< start_i(t)
+  double best = -math::kInfinity;  ///< the running maximum over b
   int best_node = kNobody;
 };
 
@@ -99,7 +98,7 @@ class Search {
     const auto size = static_cast<std::size_t>(2 * min_frames);
     windows_.resize(static_cast<std::size_t>(transitions.texton_count()));
     for (Window& window : windows_) {
-      window.delta.assign(size, kNever);
+      window.delta.assign(size, -math::kInfinity);
       window.node.assign(size, kNobody);
       window.sum.assign(size, 0.0);
       window.start.assign(size, 0.0);
@@ -148,7 +147,7 @@ class Search {
   /// For each t of the block, the best that a segment of i which begins at b = t - T_min + 1 may
   /// follow: max over j of delta(b - 1, j) + log M_ji, and that path's last segment.
   void find_entries(int i, int begin, int end) {
-    std::fill(enter_.begin(), enter_.end(), kNever);
+    std::fill(enter_.begin(), enter_.end(), -math::kInfinity);
     std::fill(from_.begin(), from_.end(), kNobody);
     for (const LogTransitions::Arc& arc : transitions_.into(i)) {
       const Window& before = windows_[static_cast<std::size_t>(arc.from)];
@@ -230,7 +229,7 @@ double LogTransitions::at(int from, int to) const {
   for (const Arc& arc : into(to)) {
     if (arc.from == from) return arc.log_probability;
   }
-  return kNever;
+  return -math::kInfinity;
 }
 
 SegmentPath search_segments(int frames, int min_frames, const LogTransitions& transitions,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 #include "laban/math/parallel.h"
 
 namespace laban::texture {
@@ -15,7 +16,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLogTwoPi = 1.8378770664093453;
 // Terms kept from round to round: 400 MB, 900 textons over a quarter of an hour at 60 Hz.
 constexpr double kMostKeptBytes = 400e6;
 int padded(int columns) {
@@ -106,9 +106,10 @@ TextonPack::TextonPack(const Texton& texton, const VectorXd& mean, bool whitened
   start_ = pack(start, -(start * texton.start_mean));
   const auto states = static_cast<double>(m);
   const double outside = static_cast<double>(rows_) - states;
-  const double residual = -0.5 * outside * (kLogTwoPi + std::log(texton.residual_variance));
-  step_constant_ = residual - 0.5 * states * kLogTwoPi + white.diagonal().array().log().sum();
-  start_constant_ = 2.0 * residual - states * kLogTwoPi + start.diagonal().array().log().sum();
+  const double residual = -0.5 * outside * (math::kLogTwoPi + std::log(texton.residual_variance));
+  step_constant_ = residual - 0.5 * states * math::kLogTwoPi + white.diagonal().array().log().sum();
+  start_constant_ =
+      2.0 * residual - states * math::kLogTwoPi + start.diagonal().array().log().sum();
   residual_weight_ = 1.0 / texton.residual_variance;
 }
 

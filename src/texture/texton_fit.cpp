@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 
 #include "texture/floored_covariance.h"
 
@@ -16,7 +17,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLogTwoPi = 1.8378770664093453;
 constexpr int kFramesAState = 4;
 
 void check(const Eigen::Ref<const MatrixXd>& observations, std::span<const Segment> segments,
@@ -181,9 +181,9 @@ TextonLikelihood::TextonLikelihood(const Texton& texton)
       start_(factor(texton.start_covariance)) {
   const auto m = static_cast<double>(texton.dimension());
   const double outside = static_cast<double>(texton.mean.size()) - m;
-  noise_constant_ = -0.5 * (m * kLogTwoPi + log_determinant(noise_));
-  start_constant_ = -0.5 * (2.0 * m * kLogTwoPi + log_determinant(start_));
-  residual_constant_ = -0.5 * outside * (kLogTwoPi + std::log(texton.residual_variance));
+  noise_constant_ = -0.5 * (m * math::kLogTwoPi + log_determinant(noise_));
+  start_constant_ = -0.5 * (2.0 * m * math::kLogTwoPi + log_determinant(start_));
+  residual_constant_ = -0.5 * outside * (math::kLogTwoPi + std::log(texton.residual_variance));
 }
 
 VectorXd TextonLikelihood::residual_terms(const MatrixXd& centered, const MatrixXd& x) const {
@@ -220,6 +220,15 @@ VectorXd TextonLikelihood::start_terms(const Eigen::Ref<const MatrixXd>& y) cons
 
 double TextonLikelihood::segment(const Eigen::Ref<const MatrixXd>& y) const {
   return start_terms(y.leftCols(2))[0] + step_terms(y).sum();
+}
+
+double segments_log_likelihood(const MatrixXd& observations, const Texton& texton,
+                               const std::vector<Segment>& segments) {
+  const TextonLikelihood likelihood(texton);
+  double sum = 0.0;
+  for (const Segment& segment : segments)
+    sum += likelihood.segment(observations.middleCols(segment.begin, segment.length));
+  return sum;
 }
 
 MatrixXd one_step_predictions(const Texton& texton, const Eigen::Ref<const MatrixXd>& y) {

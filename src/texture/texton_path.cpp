@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 
 namespace laban::texture {
 namespace {
@@ -14,7 +14,6 @@ using base::Error;
 using base::ErrorKind;
 using Eigen::MatrixXd;
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // A self-transition of nearly 1 would repeat a texton for hours.
 constexpr int kMostRepeats = 1000;
 
@@ -49,10 +48,10 @@ void check_request(const MatrixXd& transitions, int from, int to, const PathRule
 /// -log M, infinite to and from textons that are avoided.
 MatrixXd costs_of(const MatrixXd& transitions, const PathRules& rules) {
   MatrixXd costs = transitions.unaryExpr(
-      [](double p) { return p > 0.0 ? std::max(0.0, -std::log(p)) : kInfinite; });
+      [](double p) { return p > 0.0 ? std::max(0.0, -std::log(p)) : math::kInfinity; });
   for (const int texton : rules.avoid) {
-    costs.row(texton).setConstant(kInfinite);
-    costs.col(texton).setConstant(kInfinite);
+    costs.row(texton).setConstant(math::kInfinity);
+    costs.col(texton).setConstant(math::kInfinity);
   }
   return costs;
 }
@@ -60,14 +59,15 @@ MatrixXd costs_of(const MatrixXd& transitions, const PathRules& rules) {
 /// Dijkstra; the plain form, for the graph is a matrix.
 std::optional<std::vector<int>> cheapest_leg(const MatrixXd& costs, int from, int to) {
   const auto count = static_cast<int>(costs.rows());
-  std::vector<double> cost(at(count), kInfinite);
+  std::vector<double> cost(at(count), math::kInfinity);
   std::vector<int> before(at(count), -1);
   std::vector<bool> done(at(count), false);
   cost[at(from)] = 0.0;
   for (int round = 0; round < count; ++round) {
     int nearest = -1;
     for (int i = 0; i < count; ++i) {
-      if (!done[at(i)] && cost[at(i)] < (nearest < 0 ? kInfinite : cost[at(nearest)])) nearest = i;
+      if (!done[at(i)] && cost[at(i)] < (nearest < 0 ? math::kInfinity : cost[at(nearest)]))
+        nearest = i;
     }
     if (nearest < 0 || nearest == to) break;
     done[at(nearest)] = true;
@@ -79,7 +79,7 @@ std::optional<std::vector<int>> cheapest_leg(const MatrixXd& costs, int from, in
       }
     }
   }
-  if (cost[at(to)] == kInfinite) return std::nullopt;
+  if (cost[at(to)] == math::kInfinity) return std::nullopt;
   std::vector<int> path{to};
   while (path.back() != from) path.push_back(before[at(path.back())]);
   std::reverse(path.begin(), path.end());
@@ -92,7 +92,7 @@ double path_cost(const MatrixXd& transitions, const std::vector<int>& path) {
   double cost = 0.0;
   for (std::size_t n = 1; n < path.size(); ++n) {
     const double p = transitions(path[n - 1], path[n]);
-    cost += p > 0.0 ? -std::log(p) : kInfinite;
+    cost += p > 0.0 ? -std::log(p) : math::kInfinity;
   }
   return cost;
 }
@@ -124,14 +124,14 @@ std::optional<std::vector<int>> path_of_length(const MatrixXd& transitions, int 
   // State v * textons + i: at texton i with the first v of `via` passed.
   const auto after = [&](int v, int i) { return v < vias && rules.via[at(v)] == i ? v + 1 : v; };
   const int states = textons * (vias + 1);
-  std::vector<double> cost(at(states), kInfinite);
+  std::vector<double> cost(at(states), math::kInfinity);
   cost[at(after(0, from) * textons + from)] = 0.0;
   std::vector<std::vector<int>> before;
   for (int place = 1; place < count; ++place) {
-    std::vector<double> next(at(states), kInfinite);
+    std::vector<double> next(at(states), math::kInfinity);
     std::vector<int>& came = before.emplace_back(at(states), -1);
     for (int s = 0; s < states; ++s) {
-      if (cost[at(s)] == kInfinite) continue;
+      if (cost[at(s)] == math::kInfinity) continue;
       for (int j = 0; j < textons; ++j) {
         const double through = cost[at(s)] + costs(s % textons, j);
         const int reached = after(s / textons, j) * textons + j;
@@ -144,7 +144,7 @@ std::optional<std::vector<int>> path_of_length(const MatrixXd& transitions, int 
     cost = std::move(next);
   }
   int state = vias * textons + to;
-  if (cost[at(state)] == kInfinite) return std::nullopt;
+  if (cost[at(state)] == math::kInfinity) return std::nullopt;
   std::vector<int> path{to};
   for (auto came = before.rbegin(); came != before.rend(); ++came) {
     state = (*came)[at(state)];
@@ -239,7 +239,7 @@ TextonChange TextonWalk::nearest_change(std::optional<int> to) const {
     open[at(texton_)] = texture_.segments.size() == segments_[at(texton_)].size();
   }
   TextonChange best;
-  double least = kInfinite;
+  double least = math::kInfinity;
   for (const int leaving : segments_[at(texton_)]) {
     const Segment& out = texture_.segments[at(leaving)];
     if (out.length < 2) continue;
@@ -255,7 +255,7 @@ TextonChange TextonWalk::nearest_change(std::optional<int> to) const {
       }
     }
   }
-  if (least == kInfinite) {
+  if (least == math::kInfinity) {
     throw Error(ErrorKind::kData,
                 "no segment of two frames to go on with from texton " + std::to_string(texton_));
   }

@@ -18,7 +18,6 @@ using base::Error;
 using base::ErrorKind;
 using Eigen::MatrixXd;
 
-constexpr int kFewestFrames = 5;
 constexpr double kRampS = 0.5;
 // Two poses far apart are joined over this time.
 constexpr double kJumpFadeS = 0.75;
@@ -100,7 +99,7 @@ class TextonSequence {
   /// `length` frames from where the one before ended, driven by what drove a segment of the texton;
   /// after them comes `next`, d x 2.
   MatrixXd until(int segment, int length, const MatrixXd& next) {
-    const MatrixXd y = draw(segment, std::max(length, kFewestFrames) + 2, next);
+    const MatrixXd y = draw(segment, std::max(length, kFewestConstrained) + 2, next);
     start_ = next;
     return y.leftCols(y.cols() - 2);
   }
@@ -108,7 +107,8 @@ class TextonSequence {
   /// segment does, and what there is between it and `next` fades over the beginning of that. Drawn
   /// to an end so far from its own, a texton would rush there in its last frames.
   MatrixXd until_jump(int segment, int length, const MatrixXd& next) {
-    const MatrixXd y = draw(segment, std::max(length, kFewestFrames), end_of(texture_, segment));
+    const MatrixXd y =
+        draw(segment, std::max(length, kFewestConstrained), end_of(texture_, segment));
     const Eigen::VectorXd last = y.col(y.cols() - 1);
     const Eigen::VectorXd velocity = last - y.col(y.cols() - 2);
     start_ = next;
@@ -119,7 +119,7 @@ class TextonSequence {
   }
   /// The last texton: its last two frames are `end`.
   MatrixXd last(int segment, int length, const MatrixXd& end) {
-    return draw(segment, std::max(length, kFewestFrames), end);
+    return draw(segment, std::max(length, kFewestConstrained), end);
   }
 
  private:
@@ -310,10 +310,10 @@ PathMotion synthesize_path(const MotionTexture& texture, std::span<const Planned
   check(options);
   if (path.empty()) throw Error(ErrorKind::kUsage, "a path needs at least one texton");
   for (const PlannedTexton& planned : path) {
-    if (planned.length && *planned.length < kFewestFrames) {
-      throw Error(ErrorKind::kUsage, "a texton of " + std::to_string(*planned.length) +
-                                         " frames (must be >= " + std::to_string(kFewestFrames) +
-                                         ")");
+    if (planned.length && *planned.length < kFewestConstrained) {
+      throw Error(ErrorKind::kUsage,
+                  "a texton of " + std::to_string(*planned.length) +
+                      " frames (must be >= " + std::to_string(kFewestConstrained) + ")");
     }
   }
   for (const auto* end : {&ends.from, &ends.to}) {

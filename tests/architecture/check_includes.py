@@ -19,7 +19,6 @@ BUILDS_ON = {
     "effort": ["motion", "learn"],
     "transfer": ["blend", "effort"],
     "loop": ["motion"],
-    "texture": ["motion"],
     "manifold": ["motion"],
     "texture": ["motion"],
     "draw": ["motion"],

@@ -10,18 +10,13 @@
 #include "laban/motion/motion_quality.h"
 
 #include "loop.h"
+#include "stream.h"
 
 namespace laban::cli {
 namespace {
 
 using base::Error;
 using base::ErrorKind;
-
-// Frames of an endless BVH: its header must give a number, and readers take more than this for an
-// error.
-constexpr std::int64_t kEndlessFrames = 2147483647;
-constexpr int kMostFrames = 10'000'000;
-constexpr int kStreamPieceFrames = 256;
 
 struct LoopSynthesizeVerb {
   Common common;
@@ -34,8 +29,7 @@ struct LoopSynthesizeVerb {
   std::string output;
   std::string report;
   std::string picture;
-  std::optional<int> frames;
-  std::optional<double> seconds;
+  AskedLength length;
   bool seamless = false;
   bool stream = false;
   bool no_turns = false;
@@ -62,20 +56,6 @@ loop::LoopOptions resolved(const LoopSynthesizeVerb& verb) {
   options.hold_feet = !verb.no_foot_fix;
   options.seed = verb.common.seed;
   return options;
-}
-
-std::optional<int> frames_asked(const LoopSynthesizeVerb& verb, double rate_hz) {
-  if (verb.frames) return verb.frames;
-  if (!verb.seconds) return std::nullopt;
-  const double frames = std::round(*verb.seconds * rate_hz);
-  if (frames > kMostFrames) {
-    throw Error(
-        ErrorKind::kUsage,
-        fmt::format("--seconds {:g} is {:.0f} frames; at most {} are made at once: --stream "
-                    "without either runs on",
-                    *verb.seconds, frames, kMostFrames));
-  }
-  return std::max(1, static_cast<int>(frames));
 }
 
 /// How often each frame of the capture is shown: what share of them is, and the most often.
@@ -211,54 +191,28 @@ void print_text(const LoopSynthesizeVerb& verb, const Json& json, const Made& ma
              json["quality"]["input"]["foot_skate_cm"].get<double>());
 }
 
-/// Rows to stdout as they are made: memory does not grow.
+/// Rows to stdout as they are made.
 void stream(const LoopSynthesizeVerb& verb, const CapturedClip& input) {
   loop::EndlessLoop endless(input.capture, resolved(verb));
-  const std::optional<int> frames = frames_asked(verb, input.capture.clip.frame_rate_hz());
-  std::int64_t left = frames ? *frames : kEndlessFrames;
   io::BvhWriteOptions writing;
   writing.unit_m = input.file.unit_m;
-  std::optional<io::BvhStream> rows;
-  const auto put = [](const std::string& text) {
-    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() ||
-        std::fflush(stdout) != 0) {
-      throw Error(ErrorKind::kIo, "stdout: cannot be written any more");
-    }
-  };
-  while (left > 0) {
-    const int count = static_cast<int>(std::min<std::int64_t>(left, kStreamPieceFrames));
-    const motion::Clip piece = endless.next(count).clip;
-    if (!rows) {
-      rows.emplace(piece, writing);
-      for (const std::string& rename : rows->renames()) warn(verb.common, "stdout: " + rename);
-      put(rows->head(left));
-    }
-    put(rows->rows(piece));
-    left -= count;
-  }
+  stream_bvh(verb.length.resolved(input.capture.clip.frame_rate_hz()), writing, verb.common,
+             [&endless](int count) { return endless.next(count).clip; });
 }
 
 void check_choices(const LoopSynthesizeVerb& verb) {
   const auto usage = [](const char* what) { throw Error(ErrorKind::kUsage, what); };
   if (verb.stream) {
     if (verb.seamless) usage("--stream runs on; --seamless makes one round: leave one out");
-    if (verb.output != "-") {
-      usage("--stream writes to stdout, -o -; a file appears whole, without --stream");
-    }
-    if (!verb.writing.format.empty() && verb.writing.format != "bvh") {
-      usage("--stream writes BVH, the one format whose rows may come one by one");
-    }
-    if (verb.writing.up_axis != "y") usage("--stream writes +Y up");
-    if (!verb.report.empty() || !verb.picture.empty() || verb.common.json) {
-      usage("--stream has no end to report: --report, --picture and --json are for files");
-    }
+    check_stream(verb.output, verb.writing, !verb.report.empty() || !verb.picture.empty(),
+                 verb.common);
     return;
   }
-  if (verb.seamless && (verb.frames || verb.seconds)) {
+  if (verb.seamless && verb.length) {
     usage("--seamless makes a loop as long as its seam says; leave --frames and --seconds out");
   }
   if (verb.seamless && verb.no_seams) usage("--seamless is a seam; leave --no-seams out");
-  if (!verb.seamless && !verb.frames && !verb.seconds) {
+  if (!verb.seamless && !verb.length) {
     usage("say how long: --frames N, --seconds S, --seamless or --stream");
   }
 }
@@ -273,9 +227,9 @@ void run(LoopSynthesizeVerb& verb) {
   if (!verb.picture.empty()) (void)is_svg(verb.picture);
   const CapturedClip input = read_captured_clip(verb.input, verb.reading, verb.common);
   const Made made = naming(verb.input, [&] {
-    return verb.seamless
-               ? make_seamless(verb, input)
-               : make_endless(verb, input, *frames_asked(verb, input.capture.clip.frame_rate_hz()));
+    return verb.seamless ? make_seamless(verb, input)
+                         : make_endless(verb, input,
+                                        *verb.length.resolved(input.capture.clip.frame_rate_hz()));
   });
   std::vector<double> source_frames = made.source_frames;
   for (double& frame : source_frames) frame += input.first_frame();
@@ -309,11 +263,7 @@ void add_loop_synthesize(CLI::App* loop) {
   sub->add_option("INPUT", verb->input, "clip, '-' for stdin")->required();
   sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
       ->required();
-  CLI::Option* frames = sub->add_option("--frames", verb->frames, "frames to make")
-                            ->check(CLI::Range(1, kMostFrames));
-  sub->add_option("--seconds", verb->seconds, "seconds to make")
-      ->check(CLI::PositiveNumber)
-      ->excludes(frames);
+  add_length_options(sub, verb->length);
   sub->add_flag("--seamless", verb->seamless,
                 "one perfect loop: its last frame flows into the first");
   sub->add_flag("--in-place", verb->options.in_place, "without travel over the ground");

@@ -10,7 +10,7 @@
 namespace laban::cli {
 namespace {
 
-struct LearnVerb {
+struct ManifoldLearnVerb {
   Common common;
   ReadClipOptions reading;
   std::vector<std::string> inputs;
@@ -23,7 +23,7 @@ struct LearnVerb {
   manifold::LearnOptions options;
 };
 
-manifold::LearnOptions options_of(const LearnVerb& verb) {
+manifold::LearnOptions options_of(const ManifoldLearnVerb& verb) {
   manifold::LearnOptions options = verb.options;
   options.kind = verb.map == "pca" ? manifold::MapKind::kPca : manifold::MapKind::kSom;
   options.som.rows = verb.size;
@@ -38,7 +38,7 @@ manifold::LearnOptions options_of(const LearnVerb& verb) {
   return options;
 }
 
-Json options_json(const LearnVerb& verb, const manifold::PoseManifold& manifold) {
+Json options_json(const ManifoldLearnVerb& verb, const manifold::PoseManifold& manifold) {
   return {{"seed", verb.common.seed},
           {"map", verb.map},
           {"size", verb.size},
@@ -57,7 +57,7 @@ std::string_view objective_name(manifold::PrimitiveMethod method) {
                                                              : "mean_log_likelihood";
 }
 
-Json report_json(const LearnVerb& verb, const manifold::LearnedManifold& learned) {
+Json report_json(const ManifoldLearnVerb& verb, const manifold::LearnedManifold& learned) {
   const manifold::LearnReport& report = learned.report;
   Json json = {{"schema", "laban.manifold_learn/1"}, {"manifold", verb.output}};
   json.update(describe_manifold(learned.manifold));
@@ -76,7 +76,7 @@ Json report_json(const LearnVerb& verb, const manifold::LearnedManifold& learned
   return json;
 }
 
-void print(const LearnVerb& verb, const manifold::LearnedManifold& learned) {
+void print(const ManifoldLearnVerb& verb, const manifold::LearnedManifold& learned) {
   if (verb.common.json) {
     fmt::print("{}\n", report_json(verb, learned).dump(2));
     return;
@@ -95,7 +95,7 @@ void print(const LearnVerb& verb, const manifold::LearnedManifold& learned) {
   }
 }
 
-void run(const LearnVerb& verb) {
+void run(const ManifoldLearnVerb& verb) {
   if (!verb.picture.empty()) static_cast<void>(is_svg(verb.picture));
   check_outputs(verb.common, {verb.output, verb.picture});
   std::vector<motion::Capture> captures;
@@ -125,7 +125,7 @@ void run(const LearnVerb& verb) {
 }  // namespace
 
 void add_manifold_learn(CLI::App* manifold) {
-  auto verb = std::make_shared<LearnVerb>();
+  auto verb = std::make_shared<ManifoldLearnVerb>();
   CLI::App* sub = add_verb(*manifold, "learn", "Learn a map of poses from clips",
                            "laban manifold learn ballet.bvh -o ballet.manifold --picture som.png");
   sub->add_option("INPUT", verb->inputs,

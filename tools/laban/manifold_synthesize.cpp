@@ -18,7 +18,7 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-struct SynthesizeVerb {
+struct ManifoldSynthesizeVerb {
   Common common;
   ReadClipOptions reading;
   WriteClipOptions writing;
@@ -48,7 +48,8 @@ int parse_frame(std::string_view text) {
   return failed == std::errc() && end == text.data() + text.size() ? value : -1;
 }
 
-Eigen::Matrix2Xd parse_points(const SynthesizeVerb& verb, const manifold::PoseManifold& manifold) {
+Eigen::Matrix2Xd parse_points(const ManifoldSynthesizeVerb& verb,
+                              const manifold::PoseManifold& manifold) {
   Eigen::Matrix2Xd points(2, std::ssize(verb.through));
   const Eigen::Vector2d end = manifold.region().high;
   for (std::size_t n = 0; n < verb.through.size(); ++n) {
@@ -71,7 +72,7 @@ Eigen::Matrix2Xd parse_points(const SynthesizeVerb& verb, const manifold::PoseMa
 /// Where poses CLIP:FRAME lie on the map; each clip is read once.
 class KeyPlaces {
  public:
-  KeyPlaces(const SynthesizeVerb& verb, const manifold::PoseManifold& manifold)
+  KeyPlaces(const ManifoldSynthesizeVerb& verb, const manifold::PoseManifold& manifold)
       : verb_(verb), manifold_(manifold) {}
 
   Eigen::Vector2d place(const std::string& option, const std::string& key) {
@@ -114,14 +115,14 @@ class KeyPlaces {
     return clips_.emplace(path, std::move(clip)).first->second;
   }
 
-  const SynthesizeVerb& verb_;
+  const ManifoldSynthesizeVerb& verb_;
   const manifold::PoseManifold& manifold_;
   std::map<std::string, CapturedClip> clips_;
   std::vector<InputRecord> records_;
 };
 
-manifold::MapPath make_path(const SynthesizeVerb& verb, const manifold::PoseManifold& manifold,
-                            KeyPlaces& keys) {
+manifold::MapPath make_path(const ManifoldSynthesizeVerb& verb,
+                            const manifold::PoseManifold& manifold, KeyPlaces& keys) {
   if (!verb.through.empty()) {
     return manifold::path_through(manifold, parse_points(verb, manifold), verb.frames);
   }
@@ -136,7 +137,7 @@ manifold::MapPath make_path(const SynthesizeVerb& verb, const manifold::PoseMani
   return manifold::markov_path(manifold, keys.place("--start", verb.start), verb.walk, rng);
 }
 
-void check_request(const SynthesizeVerb& verb) {
+void check_request(const ManifoldSynthesizeVerb& verb) {
   const int ways =
       (verb.through.empty() ? 0 : 1) + (verb.keys.empty() ? 0 : 1) + (verb.start.empty() ? 0 : 1);
   if (ways != 1) {
@@ -150,7 +151,7 @@ void check_request(const SynthesizeVerb& verb) {
   check_outputs(verb.common, {verb.output, verb.picture});
 }
 
-manifold::PlayOptions play_options(const SynthesizeVerb& verb) {
+manifold::PlayOptions play_options(const ManifoldSynthesizeVerb& verb) {
   manifold::PlayOptions options;
   options.travel = verb.travel == "none"         ? manifold::Travel::kNone
                    : verb.travel == "primitives" ? manifold::Travel::kPrimitives
@@ -159,7 +160,7 @@ manifold::PlayOptions play_options(const SynthesizeVerb& verb) {
   return options;
 }
 
-void write_picture(const SynthesizeVerb& verb, const manifold::PoseManifold& manifold,
+void write_picture(const ManifoldSynthesizeVerb& verb, const manifold::PoseManifold& manifold,
                    const motion::Clip& clip, const manifold::MapPath& path) {
   if (verb.picture.empty()) return;
   draw::Strip strip{with_standard_names(clip, manifold.rig.humanoid),
@@ -172,8 +173,8 @@ void write_picture(const SynthesizeVerb& verb, const manifold::PoseManifold& man
   write_bytes(verb.picture, draw::contact_sheet({&strip, 1}, options), verb.common);
 }
 
-void print(const SynthesizeVerb& verb, const manifold::MapPath& path, const motion::Clip& clip,
-           const std::vector<InputRecord>& records) {
+void print(const ManifoldSynthesizeVerb& verb, const manifold::MapPath& path,
+           const motion::Clip& clip, const std::vector<InputRecord>& records) {
   if (path.jumps > 0) {
     warn(verb.common,
          fmt::format("{} time{} nothing was known to follow a primitive; the walk went "
@@ -211,7 +212,7 @@ void print(const SynthesizeVerb& verb, const manifold::MapPath& path, const moti
   fmt::print("primitives:{}{}\n", walked, path.primitives.size() > 40 ? " .." : "");
 }
 
-void run(const SynthesizeVerb& verb) {
+void run(const ManifoldSynthesizeVerb& verb) {
   check_request(verb);
   InputRecord record;
   const manifold::PoseManifold manifold = read_manifold_file(verb.input, record);
@@ -228,7 +229,7 @@ void run(const SynthesizeVerb& verb) {
 }  // namespace
 
 void add_manifold_synthesize(CLI::App* manifold) {
-  auto verb = std::make_shared<SynthesizeVerb>();
+  auto verb = std::make_shared<ManifoldSynthesizeVerb>();
   CLI::App* sub = add_verb(
       *manifold, "synthesize", "Make a clip from points, key poses or a walk on a map",
       "laban manifold synthesize ballet.manifold --through 10,12 40,31 20,55 --frames 80 -o "

@@ -85,7 +85,7 @@ void compare_content(const transfer::StyleModel& model, const motion::PoseMatrix
   check.against_effort = effort::observe(effort::describe(against), model.observer, content).effort;
 }
 
-Json quality_json(const motion::MotionQuality& quality) {
+Json motion_quality_json(const motion::MotionQuality& quality) {
   return {{"foot_skate_cm_per_frame", quality.foot_skate_cm},
           {"toe_height_2nd_percentile_m", quality.toe_height_m},
           {"jerk_rms_m_s3", quality.jerk_m_s3},
@@ -134,8 +134,8 @@ void print(const MeasureVerb& verb, const std::vector<Measured>& all,
                                  {"time", one.descriptors.time}}}});
     }
     if (check) {
-      json["quality"] = quality_json(check->clip);
-      json["against"] = quality_json(check->against);
+      json["quality"] = motion_quality_json(check->clip);
+      json["against"] = motion_quality_json(check->against);
       json["against"]["clip"] = verb.against;
       json["against"]["effort"] = to_json(check->against_effort);
       json["quality"]["content_cost_ratio"] =

@@ -250,7 +250,8 @@ void add_texture(CLI::App& app) {
       "  laban texture inspect dance.texture --picture transitions.png\n"
       "  laban texture fragments dance.texture --labels fragments.csv\n"
       "  laban texture synthesize dance.texture --seconds 60 -o new.bvh\n"
-      "  laban texture synthesize dance.texture --from clip.bvh:0 --to clip.bvh:900 --frames 320 -o "
+      "  laban texture synthesize dance.texture --from clip.bvh:0 --to clip.bvh:900 --frames 320 "
+      "-o "
       "choreo.bvh\n"
       "  laban texture path dance.texture 12 57 --length 6\n"
       "  laban texture edit dance.texture --texton 12 --pin 40:pose.bvh:0 -o edited.bvh");

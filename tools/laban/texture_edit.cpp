@@ -18,7 +18,7 @@ using base::Error;
 using base::ErrorKind;
 using Eigen::MatrixXd;
 
-struct EditVerb {
+struct TextureEditVerb {
   Common common;
   ReadClipOptions reading;
   WriteClipOptions writing;
@@ -42,7 +42,7 @@ struct Edited {
   double residual_deviations = 0.0;
 };
 
-MatrixXd captured(const EditVerb& verb, const texture::MotionTexture& texture) {
+MatrixXd captured(const TextureEditVerb& verb, const texture::MotionTexture& texture) {
   if (verb.texton < 0 || verb.texton >= texture.texton_count()) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("{}: there is no texton {}; there are 0 to {}", verb.input, verb.texton,
@@ -60,7 +60,7 @@ MatrixXd captured(const EditVerb& verb, const texture::MotionTexture& texture) {
 
 /// Pins FRAME:CLIP:FRAME, in order. What moves over the ground stays as in `motion`: a pose has no
 /// travel.
-std::vector<texture::PinnedFrame> read_pins(const EditVerb& verb, const MatrixXd& motion,
+std::vector<texture::PinnedFrame> read_pins(const TextureEditVerb& verb, const MatrixXd& motion,
                                             PoseReader& poses) {
   std::vector<texture::PinnedFrame> pins;
   for (const std::string& text : verb.pins) {
@@ -88,7 +88,7 @@ std::vector<texture::PinnedFrame> read_pins(const EditVerb& verb, const MatrixXd
 }
 
 /// The texton made anew between its segment's ends, longer or shorter.
-MatrixXd stretched(const EditVerb& verb, const texture::MotionTexture& texture,
+MatrixXd stretched(const TextureEditVerb& verb, const texture::MotionTexture& texture,
                    const MatrixXd& original) {
   const auto length = std::max(
       5, static_cast<int>(std::lround(verb.stretch * static_cast<double>(original.cols()))));
@@ -99,7 +99,7 @@ MatrixXd stretched(const EditVerb& verb, const texture::MotionTexture& texture,
       .observations;
 }
 
-Edited edit(const EditVerb& verb, const texture::MotionTexture& texture, PoseReader& poses) {
+Edited edit(const TextureEditVerb& verb, const texture::MotionTexture& texture, PoseReader& poses) {
   Edited edited;
   edited.original = captured(verb, texture);
   const MatrixXd motion =
@@ -135,7 +135,7 @@ MatrixXd warped(const MatrixXd& original, int length) {
   return slow;
 }
 
-void write_picture(const EditVerb& verb, const texture::MotionTexture& texture,
+void write_picture(const TextureEditVerb& verb, const texture::MotionTexture& texture,
                    const Edited& edited, const motion::Clip& clip) {
   const motion::Humanoid& humanoid = texture.rig.humanoid;
   const motion::Clip before =
@@ -162,7 +162,7 @@ void write_picture(const EditVerb& verb, const texture::MotionTexture& texture,
   write_bytes(verb.picture, draw::contact_sheet(strips, options), verb.common);
 }
 
-void print(const EditVerb& verb, const Edited& edited, const motion::Clip& clip,
+void print(const TextureEditVerb& verb, const Edited& edited, const motion::Clip& clip,
            const std::vector<InputRecord>& records) {
   if (!verb.common.json) {
     fmt::print("{}: {} frames at {:g} Hz, {} pinned; {:.2f} deviations from the texton\n",
@@ -191,7 +191,7 @@ void print(const EditVerb& verb, const Edited& edited, const motion::Clip& clip,
   fmt::print("{}\n", json.dump(2));
 }
 
-void run(const EditVerb& verb) {
+void run(const TextureEditVerb& verb) {
   if (verb.pins.empty() && verb.stretch == 1.0) {
     throw Error(ErrorKind::kUsage, "say what to edit: --pin FRAME:CLIP:FRAME, --stretch FACTOR");
   }
@@ -214,7 +214,7 @@ void run(const EditVerb& verb) {
 }  // namespace
 
 void add_texture_edit(CLI::App* texture) {
-  auto verb = std::make_shared<EditVerb>();
+  auto verb = std::make_shared<TextureEditVerb>();
   CLI::App* sub =
       add_verb(*texture, "edit", "Pin frames of a texton to poses, or stretch it",
                "laban texture edit dance.texture --texton 12 --pin 40:pose.bvh:0 -o edited.bvh\n"

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct FragmentsVerb {
+struct TextureFragmentsVerb {
   Common common;
   std::string input;
   std::string output;
@@ -33,7 +33,7 @@ int file_frame(const texture::Take& take, int frame) {
          static_cast<int>(std::lround(take.file_frames_per_frame * (frame - take.begin)));
 }
 
-effort::LabelTable cut(const FragmentsVerb& verb, const texture::MotionTexture& texture) {
+effort::LabelTable cut(const TextureFragmentsVerb& verb, const texture::MotionTexture& texture) {
   std::vector<int> counts(texture.textons.size());
   for (const texture::Segment& segment : texture.segments)
     ++counts[static_cast<std::size_t>(segment.texton)];
@@ -58,7 +58,7 @@ effort::LabelTable cut(const FragmentsVerb& verb, const texture::MotionTexture& 
   return table;
 }
 
-void run(const FragmentsVerb& verb) {
+void run(const TextureFragmentsVerb& verb) {
   if (verb.output != "-") check_outputs(verb.common, {verb.output});
   InputRecord record;
   const texture::MotionTexture texture = read_texture_file(verb.input, record);
@@ -95,7 +95,7 @@ void run(const FragmentsVerb& verb) {
 }  // namespace
 
 void add_texture_fragments(CLI::App* texture) {
-  auto verb = std::make_shared<FragmentsVerb>();
+  auto verb = std::make_shared<TextureFragmentsVerb>();
   CLI::App* sub =
       add_verb(*texture, "fragments",
                "Cut the captures into fragments to be labelled, a content for each texton",

@@ -7,13 +7,13 @@
 namespace laban::cli {
 namespace {
 
-struct InspectVerb {
+struct TextureInspectVerb {
   Common common;
   std::string input;
   std::string picture;
 };
 
-void print(const InspectVerb& verb, const texture::MotionTexture& texture,
+void print(const TextureInspectVerb& verb, const texture::MotionTexture& texture,
            const texture::LearningReport& report) {
   if (verb.common.json) {
     Json json = {{"schema", "laban.texture_inspect/1"}, {"texture", verb.input}};
@@ -37,7 +37,7 @@ void print(const InspectVerb& verb, const texture::MotionTexture& texture,
   fmt::print("; BIC {:.0f}\n", report.bic);
 }
 
-void run(const InspectVerb& verb) {
+void run(const TextureInspectVerb& verb) {
   if (!verb.picture.empty()) static_cast<void>(is_svg(verb.picture));
   check_outputs(verb.common, {verb.picture});
   InputRecord record;
@@ -55,7 +55,7 @@ void run(const InspectVerb& verb) {
 }  // namespace
 
 void add_texture_inspect(CLI::App* texture) {
-  auto verb = std::make_shared<InspectVerb>();
+  auto verb = std::make_shared<TextureInspectVerb>();
   CLI::App* sub = add_verb(*texture, "inspect",
                            "Tell of textons, their lengths, what follows what, and the learning",
                            "laban texture inspect dance.texture --picture transitions.png");

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using base::Error;
 using base::ErrorKind;
 
-struct LearnVerb {
+struct TextureLearnVerb {
   Common common;
   ReadClipOptions reading;
   std::vector<std::string> inputs;
@@ -28,7 +28,7 @@ struct LearnVerb {
   texture::TextureLearning options;
 };
 
-texture::TextureLearning options_of(const LearnVerb& verb) {
+texture::TextureLearning options_of(const TextureLearnVerb& verb) {
   texture::TextureLearning options = verb.options;
   options.threads = verb.common.threads;
   if (verb.threshold.empty() || verb.threshold == "auto") {
@@ -51,7 +51,7 @@ texture::TextureLearning options_of(const LearnVerb& verb) {
   return options;
 }
 
-Json options_json(const LearnVerb& verb, double rate_hz) {
+Json options_json(const TextureLearnVerb& verb, double rate_hz) {
   const texture::TextureLearning& options = verb.options;
   return {{"frame_rate_hz", rate_hz},
           {"min_frames", options.min_frames},
@@ -70,7 +70,7 @@ struct ReadCaptures {
   std::vector<InputRecord> records;
 };
 
-ReadCaptures read_captures(const LearnVerb& verb) {
+ReadCaptures read_captures(const TextureLearnVerb& verb) {
   ReadCaptures read;
   for (const std::string& input : verb.inputs) {
     CapturedClip clip = read_captured_clip(input, verb.reading, verb.common);
@@ -85,7 +85,7 @@ ReadCaptures read_captures(const LearnVerb& verb) {
 /// on.
 class Checkpoint {
  public:
-  Checkpoint(const LearnVerb& verb, Json record) : verb_(verb), record_(std::move(record)) {}
+  Checkpoint(const TextureLearnVerb& verb, Json record) : verb_(verb), record_(std::move(record)) {}
 
   /// The state that was kept, if there is one. @throws Error{kData} if it is of another run.
   [[nodiscard]] std::optional<texture::LearntTexture> read() const {
@@ -115,11 +115,11 @@ class Checkpoint {
   }
 
  private:
-  const LearnVerb& verb_;
+  const TextureLearnVerb& verb_;
   Json record_;
 };
 
-void print(const LearnVerb& verb, const texture::LearntTexture& learnt) {
+void print(const TextureLearnVerb& verb, const texture::LearntTexture& learnt) {
   const texture::LearningReport& report = learnt.report;
   if (verb.common.json) {
     Json json = {{"schema", "laban.texture_learn/1"}, {"texture", verb.output}};
@@ -146,7 +146,7 @@ void print(const LearnVerb& verb, const texture::LearntTexture& learnt) {
   }
 }
 
-void run(const LearnVerb& verb) {
+void run(const TextureLearnVerb& verb) {
   if (!verb.picture.empty()) static_cast<void>(is_svg(verb.picture));
   check_outputs(verb.common, {verb.output, verb.picture});
   const texture::TextureLearning options = options_of(verb);
@@ -179,7 +179,7 @@ void run(const LearnVerb& verb) {
 }  // namespace
 
 void add_texture_learn(CLI::App* texture) {
-  auto verb = std::make_shared<LearnVerb>();
+  auto verb = std::make_shared<TextureLearnVerb>();
   CLI::App* sub = add_verb(*texture, "learn", "Learn a motion texture from clips",
                            "laban texture learn dance/*.bvh --rate 60 -o dance.texture");
   sub->add_option("INPUT", verb->inputs,

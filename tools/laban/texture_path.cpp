@@ -12,7 +12,7 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-struct PathVerb {
+struct TexturePathVerb {
   Common common;
   std::string input;
   int from = 0;
@@ -28,7 +28,7 @@ std::string text_of(const std::vector<int>& path) {
   return text;
 }
 
-void run(const PathVerb& verb) {
+void run(const TexturePathVerb& verb) {
   InputRecord record;
   const texture::MotionTexture texture = read_texture_file(verb.input, record);
   const Eigen::MatrixXd transitions = texture::transition_matrix(texture);
@@ -71,7 +71,7 @@ void run(const PathVerb& verb) {
 }  // namespace
 
 void add_texture_path(CLI::App* texture) {
-  auto verb = std::make_shared<PathVerb>();
+  auto verb = std::make_shared<TexturePathVerb>();
   CLI::App* sub = add_verb(*texture, "path", "Find a path of textons from one to another",
                            "laban texture path dance.texture 12 57 --length 6 --avoid 3 --via 20");
   sub->add_option("TEXTURE", verb->input, "texture file (.texture)")->required();

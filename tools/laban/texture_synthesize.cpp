@@ -11,6 +11,7 @@
 #include "laban/texture/choreography.h"
 #include "laban/texture/texture_motion.h"
 
+#include "stream.h"
 #include "texture.h"
 #include "texture_play.h"
 
@@ -20,13 +21,7 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-// Frames of an endless BVH: its header must give a number, and readers take more than this for an
-// error.
-constexpr std::int64_t kEndlessFrames = 2147483647;
-constexpr int kMostFrames = 10'000'000;
-constexpr int kStreamPieceFrames = 256;
-
-struct SynthesizeVerb {
+struct TextureSynthesizeVerb {
   Common common;
   ReadClipOptions reading;
   WriteClipOptions writing;
@@ -38,98 +33,67 @@ struct SynthesizeVerb {
   std::string from;
   std::string to;
   std::vector<int> path;
-  std::optional<int> frames;
-  std::optional<double> seconds;
+  AskedLength length;
   bool stream = false;
   bool no_foot_fix = false;
 };
 
-struct Made {
+struct MadeTexture {
   motion::Clip clip;
   std::vector<texture::TextonPart> parts;
 };
 
-texture::TextureMotionOptions resolved(const SynthesizeVerb& verb) {
+texture::TextureMotionOptions resolved(const TextureSynthesizeVerb& verb) {
   texture::TextureMotionOptions options = verb.options;
   options.seed = verb.common.seed;
   options.hold_feet = !verb.no_foot_fix;
   return options;
 }
 
-std::optional<int> frames_asked(const SynthesizeVerb& verb, double rate_hz) {
-  if (verb.frames) return verb.frames;
-  if (!verb.seconds) return std::nullopt;
-  const double frames = std::round(*verb.seconds * rate_hz);
-  if (frames < 1.0 || frames > kMostFrames) {
-    throw Error(ErrorKind::kUsage, fmt::format("--seconds {:g} at {:g} Hz makes {:g} frames; 1 to "
-                                               "{} can be made, more by --stream",
-                                               *verb.seconds, rate_hz, frames, kMostFrames));
-  }
-  return static_cast<int>(frames);
-}
-
-Made play(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
-          const std::vector<texture::PlannedTexton>& path, const texture::PathEnds& ends) {
+MadeTexture play(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
+                 const std::vector<texture::PlannedTexton>& path, const texture::PathEnds& ends) {
   texture::PathMotion motion = texture::synthesize_path(texture, path, ends, resolved(verb));
   return {texture::play_observations(texture, motion.observations, !verb.no_foot_fix),
           std::move(motion.parts)};
 }
 
-Made make_choreography(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
-                       PoseReader& poses) {
+MadeTexture make_choreography(const TextureSynthesizeVerb& verb,
+                              const texture::MotionTexture& texture, PoseReader& poses) {
   const texture::PathEnds ends{poses.pair("--from", verb.from, 1), poses.pair("--to", verb.to, -1)};
   const texture::Choreography plan = texture::plan_choreography(
-      texture, *ends.from, *ends.to, *frames_asked(verb, texture.frame_rate_hz));
+      texture, *ends.from, *ends.to, *verb.length.resolved(texture.frame_rate_hz));
   return play(verb, texture, plan.path, ends);
 }
 
-Made make_path(const SynthesizeVerb& verb, const texture::MotionTexture& texture) {
+MadeTexture make_path(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
   std::vector<texture::PlannedTexton> path;
   for (const int texton : verb.path) path.push_back({texton, std::nullopt});
   return play(verb, texture, path, {});
 }
 
-Made make_walk(const SynthesizeVerb& verb, const texture::MotionTexture& texture) {
+MadeTexture make_walk(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
   texture::TextureMotion motion(texture, resolved(verb));
-  texture::TextureClip made = motion.next(*frames_asked(verb, texture.frame_rate_hz));
+  texture::TextureClip made = motion.next(*verb.length.resolved(texture.frame_rate_hz));
   return {std::move(made.clip), std::move(made.parts)};
 }
 
-Made make(const SynthesizeVerb& verb, const texture::MotionTexture& texture, PoseReader& poses) {
+MadeTexture make(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
+                 PoseReader& poses) {
   if (!verb.from.empty()) return make_choreography(verb, texture, poses);
   return verb.path.empty() ? make_walk(verb, texture) : make_path(verb, texture);
 }
 
-/// Rows to stdout as they are made: memory does not grow.
-void stream(const SynthesizeVerb& verb, const texture::MotionTexture& texture) {
+/// Rows to stdout as they are made.
+void stream(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
   texture::TextureMotion motion(texture, resolved(verb));
-  const std::optional<int> frames = frames_asked(verb, texture.frame_rate_hz);
-  std::int64_t left = frames ? *frames : kEndlessFrames;
-  std::optional<io::BvhStream> rows;
-  const auto put = [](const std::string& text) {
-    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() ||
-        std::fflush(stdout) != 0) {
-      throw Error(ErrorKind::kIo, "stdout: cannot be written any more");
-    }
-  };
-  while (left > 0) {
-    const int count = static_cast<int>(std::min<std::int64_t>(left, kStreamPieceFrames));
-    const motion::Clip piece = motion.next(count).clip;
-    if (!rows) {
-      rows.emplace(piece, io::BvhWriteOptions{});
-      for (const std::string& rename : rows->renames()) warn(verb.common, "stdout: " + rename);
-      put(rows->head(left));
-    }
-    put(rows->rows(piece));
-    left -= count;
-  }
+  stream_bvh(verb.length.resolved(texture.frame_rate_hz), {}, verb.common,
+             [&motion](int count) { return motion.next(count).clip; });
 }
 
-void check_choices(const SynthesizeVerb& verb) {
+void check_choices(const TextureSynthesizeVerb& verb) {
   const auto usage = [](const char* what) { throw Error(ErrorKind::kUsage, what); };
-  const bool timed = verb.frames || verb.seconds;
   if (verb.from.empty() != verb.to.empty()) usage("--from and --to go together");
-  if (!verb.path.empty() && (!verb.from.empty() || timed || verb.options.first)) {
+  if (!verb.path.empty() && (!verb.from.empty() || verb.length || verb.options.first)) {
     usage(
         "--path says what is danced and how long; leave --from, --to, --frames, --seconds and "
         "--first out");
@@ -138,23 +102,15 @@ void check_choices(const SynthesizeVerb& verb) {
     usage("--from says how it begins; leave --first out");
   if (verb.stream) {
     if (!verb.path.empty() || !verb.from.empty()) usage("--stream is for a random walk");
-    if (verb.output != "-") {
-      usage("--stream writes to stdout, -o -; a file appears whole, without --stream");
-    }
-    if (!verb.writing.format.empty() && verb.writing.format != "bvh") {
-      usage("--stream writes BVH, the one format whose rows may come one by one");
-    }
-    if (verb.writing.up_axis != "y") usage("--stream writes +Y up");
-    if (!verb.report.empty() || !verb.picture.empty() || verb.common.json) {
-      usage("--stream has no end to report: --report, --picture and --json are for files");
-    }
-  } else if (verb.path.empty() && !timed) {
+    check_stream(verb.output, verb.writing, !verb.report.empty() || !verb.picture.empty(),
+                 verb.common);
+  } else if (verb.path.empty() && !verb.length) {
     usage("say how long: --frames N, --seconds S or --stream");
   }
 }
 
-Json report_json(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
-                 const Made& made, const std::vector<InputRecord>& records) {
+Json report_json(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
+                 const MadeTexture& made, const std::vector<InputRecord>& records) {
   return {{"schema", "laban.texture_synthesize/1"},
           {"output", verb.output},
           {"frames", made.clip.frame_count()},
@@ -174,8 +130,8 @@ Json report_json(const SynthesizeVerb& verb, const texture::MotionTexture& textu
                              records)}};
 }
 
-void write_picture(const SynthesizeVerb& verb, const texture::MotionTexture& texture,
-                   const Made& made) {
+void write_picture(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
+                   const MadeTexture& made) {
   const double rate_hz = made.clip.frame_rate_hz();
   draw::Strip strip{
       with_standard_names(made.clip, texture.rig.humanoid),
@@ -190,7 +146,7 @@ void write_picture(const SynthesizeVerb& verb, const texture::MotionTexture& tex
   write_bytes(verb.picture, draw::contact_sheet({&strip, 1}, options), verb.common);
 }
 
-void warn_of_jumps(const SynthesizeVerb& verb, const Made& made) {
+void warn_of_jumps(const TextureSynthesizeVerb& verb, const MadeTexture& made) {
   const auto jumps = std::count_if(made.parts.begin(),
                                    made.parts.empty() ? made.parts.end() : made.parts.end() - 1,
                                    [](const texture::TextonPart& part) { return part.jump; });
@@ -200,7 +156,7 @@ void warn_of_jumps(const SynthesizeVerb& verb, const Made& made) {
                                 jumps, jumps == 1 ? "" : "s"));
 }
 
-void run(const SynthesizeVerb& verb) {
+void run(const TextureSynthesizeVerb& verb) {
   check_choices(verb);
   InputRecord record;
   if (verb.stream) return stream(verb, read_texture_file(verb.input, record));
@@ -209,7 +165,7 @@ void run(const SynthesizeVerb& verb) {
   if (!verb.picture.empty()) static_cast<void>(is_svg(verb.picture));
   const texture::MotionTexture texture = read_texture_file(verb.input, record);
   PoseReader poses(texture, verb.reading, verb.common);
-  const Made made = make(verb, texture, poses);
+  const MadeTexture made = make(verb, texture, poses);
   warn_of_jumps(verb, made);
   write_clip(verb.output, made.clip, verb.common, {}, verb.writing);
   if (!verb.picture.empty()) write_picture(verb, texture, made);
@@ -230,7 +186,7 @@ void run(const SynthesizeVerb& verb) {
 }  // namespace
 
 void add_texture_synthesize(CLI::App* texture) {
-  auto verb = std::make_shared<SynthesizeVerb>();
+  auto verb = std::make_shared<TextureSynthesizeVerb>();
   CLI::App* sub =
       add_verb(*texture, "synthesize", "Make new motion of textons",
                "laban texture synthesize dance.texture --seconds 60 --seed 1 -o new.bvh\n"
@@ -239,11 +195,7 @@ void add_texture_synthesize(CLI::App* texture) {
   sub->add_option("TEXTURE", verb->input, "texture file (.texture)")->required();
   sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
       ->required();
-  CLI::Option* frames = sub->add_option("--frames", verb->frames, "frames to make")
-                            ->check(CLI::Range(1, kMostFrames));
-  sub->add_option("--seconds", verb->seconds, "seconds to make")
-      ->check(CLI::PositiveNumber)
-      ->excludes(frames);
+  add_length_options(sub, verb->length);
   sub->add_flag("--stream", verb->stream,
                 "BVH to stdout as it is made, in constant memory; without --frames or --seconds "
                 "until the reader closes");

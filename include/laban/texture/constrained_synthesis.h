@@ -9,6 +9,9 @@
 
 namespace laban::texture {
 
+/// Frames of a texton between given ends, two at either side, at least [Li02, 5.2].
+inline constexpr int kFewestConstrained = 5;
+
 /// States of a linear dynamic system given some of them ([Li02, eq. 6-9] with pins as further known
 /// frames): of all others, what least squares makes of the rows
 ///

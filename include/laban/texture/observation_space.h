@@ -12,6 +12,8 @@ namespace laban::texture {
 
 /// Rows of an observation: three angles a standard joint, height, three planar root steps.
 inline constexpr int kObservationRows = motion::kAngleRowCount + 4;
+/// The first of the rows of steps.
+inline constexpr int kStepRow = kObservationRows - 3;
 
 /// The one space in which all takes of a corpus are observed ([Li02, 3.1], "locally
 /// reparameterised"): joint angles away from one reference pose, so that they stay far below pi.

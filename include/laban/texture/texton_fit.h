@@ -68,6 +68,11 @@ class TextonLikelihood {
   double residual_constant_ = 0.0;
 };
 
+/// Sum of TextonLikelihood::segment over segments of the d x N observations.
+[[nodiscard]] double segments_log_likelihood(const Eigen::MatrixXd& observations,
+                                             const Texton& texton,
+                                             const std::vector<Segment>& segments);
+
 /// d x F one-step predictions of frame t from frames t - 1 and t - 2, mean + C (A1 x + A2 x' + D);
 /// the first two columns are copies of the observations.
 [[nodiscard]] Eigen::MatrixXd one_step_predictions(const Texton& texton,
