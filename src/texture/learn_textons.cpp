@@ -295,7 +295,8 @@ class Start {
                             {options_.min_frames, threshold, most, options_.fit});
   }
   [[nodiscard]] std::vector<Segment> merged(double threshold) const {
-    return merge_textons(observations_, y_, at(threshold), options_.fit, options_.threads);
+    return merge_textons(observations_, y_, at(threshold), threshold, options_.fit,
+                         options_.threads);
   }
   [[nodiscard]] static int count_textons(const std::vector<Segment>& segments) {
     int count = 0;

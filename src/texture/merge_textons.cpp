@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "laban/math/constants.h"
 #include "laban/math/parallel.h"
@@ -25,9 +26,9 @@ struct Cluster {
 
 class Merger {
  public:
-  Merger(const MatrixXd& observations, const FloatObservations& y, const TextonFit& fit,
-         int threads)
-      : observations_(observations), y_(y), fit_(fit), threads_(threads) {}
+  Merger(const MatrixXd& observations, const FloatObservations& y, double threshold,
+         const TextonFit& fit, int threads)
+      : observations_(observations), y_(y), threshold_(threshold), fit_(fit), threads_(threads) {}
 
   void begin(const std::vector<Segment>& segments) {
     for (const Segment& segment : segments) {
@@ -128,7 +129,20 @@ class Merger {
   }
   [[nodiscard]] static Pair pair_of(int i, int j) { return {std::min(i, j), std::max(i, j)}; }
 
-  /// What BIC, halved, gains by each merge.
+  /// Whether the texton predicts each of its segments as well as the greedy start asks.
+  [[nodiscard]] bool predicts_all(const Cluster& cluster) const {
+    const TextonPack pack(cluster.texton, y_.mean, false);
+    std::vector<double> errors;
+    return std::all_of(cluster.segments.begin(), cluster.segments.end(), [&](const Segment& s) {
+      errors.resize(static_cast<std::size_t>(s.length - 2));
+      pack.squared_errors(y_, s.begin + 2, s.begin + s.length, errors.data());
+      const double allowed = threshold_ * threshold_ * static_cast<double>(errors.size()) *
+                             static_cast<double>(observations_.rows());
+      return std::accumulate(errors.begin(), errors.end(), 0.0) <= allowed;
+    });
+  }
+
+  /// What BIC, halved, gains by each merge; nothing if one texton cannot stand for both.
   void evaluate(const std::vector<Pair>& pairs) {
     std::vector<double> gains(pairs.size());
     math::parallel_for(static_cast<int>(pairs.size()), threads_, [&](int n) {
@@ -136,6 +150,7 @@ class Merger {
       const Cluster& a = clusters_[static_cast<std::size_t>(pairs[cell].first)];
       const Cluster& b = clusters_[static_cast<std::size_t>(pairs[cell].second)];
       const Cluster both = fitted(joined(a, b));
+      if (!predicts_all(both)) return;
       const int saved =
           parameter_count(a.texton) + parameter_count(b.texton) - parameter_count(both.texton);
       gains[cell] = both.log_likelihood - a.log_likelihood - b.log_likelihood +
@@ -174,6 +189,7 @@ class Merger {
 
   const MatrixXd& observations_;
   const FloatObservations& y_;
+  double threshold_;
   const TextonFit& fit_;
   int threads_;
   std::vector<Cluster> clusters_;
@@ -183,9 +199,9 @@ class Merger {
 }  // namespace
 
 std::vector<Segment> merge_textons(const MatrixXd& observations, const FloatObservations& y,
-                                   std::vector<Segment> segments, const TextonFit& fit,
-                                   int threads) {
-  Merger merger(observations, y, fit, threads);
+                                   std::vector<Segment> segments, double threshold,
+                                   const TextonFit& fit, int threads) {
+  Merger merger(observations, y, threshold, fit, threads);
   merger.begin(segments);
   merger.run();
   return merger.labelled();

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "laban/base/error.h"
+#include "laban/math/branch.h"
 #include "laban/math/rotation.h"
 
 namespace laban::texture {
@@ -49,6 +51,17 @@ Eigen::Matrix3Xd away_from(const Quaterniond& reference, const MatrixXd& angles,
   return away;
 }
 
+/// The same rotations on the branch where they stay nearest to the reference: a take that begins
+/// with more than half a turn is then told as one that gets there.
+Eigen::Matrix3Xd on_nearest_branch(Eigen::Matrix3Xd away) {
+  if (away.colwise().squaredNorm().maxCoeff() <= std::numbers::pi * std::numbers::pi) return away;
+  for (const int turns : {-1, 1}) {
+    Eigen::Matrix3Xd shifted = math::shift_branch(away, turns);
+    if (shifted.squaredNorm() < away.squaredNorm()) away = std::move(shifted);
+  }
+  return away;
+}
+
 /// Sums of squares about the mean, and from frame to frame, of the rows of angles.
 struct Spread {
   double about_mean = 0.0;  ///< mean square
@@ -83,7 +96,7 @@ MatrixXd observe(const ObservationSpace& space, const PoseMatrix& pose) {
   MatrixXd observations(kObservationRows, pose.frame_count());
   for (int s = 0; s < kStandardJointCount; ++s) {
     observations.middleRows<3>(3 * s) =
-        away_from(space.reference[static_cast<std::size_t>(s)], pose.angles, s);
+        on_nearest_branch(away_from(space.reference[static_cast<std::size_t>(s)], pose.angles, s));
   }
   observations.row(kHeightRow) = pose.height;
   observations.middleRows<3>(kStepRow) = pose.steps;

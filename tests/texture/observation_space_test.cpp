@@ -1,5 +1,7 @@
 #include "laban/texture/observation_space.h"
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
@@ -65,6 +67,28 @@ TEST(ObservationSpace, StepsWeighTheSameAtEveryRate) {
   const double at_slow = learn_observation_space({&slow, 1}).scale[kObservationRows - 1];
   EXPECT_GT(at_fast, 3.0);
   EXPECT_NEAR(at_fast / at_slow, 2.0, 0.1);
+}
+
+/// A forearm that turns about one axis from one angle to another, radians.
+motion::PoseMatrix turning(double from, double to) {
+  constexpr int kFrames = 60;
+  motion::PoseMatrix pose{60.0, 0.9, MatrixXd::Zero(motion::kAngleRowCount, kFrames),
+                          Eigen::RowVectorXd::Ones(kFrames), Eigen::Matrix3Xd::Zero(3, kFrames)};
+  const int row = 3 * motion::index_of(motion::StandardJoint::kLeftForearm);
+  pose.angles.row(row) = Eigen::RowVectorXd::LinSpaced(kFrames, from, to);
+  return pose;
+}
+
+// Begun on the principal branch, the first would run from -0.8 pi to -2 pi.
+TEST(ObservationSpace, ATakeMayBeginBeyondHalfATurn) {
+  ObservationSpace space;
+  space.reference.fill(Eigen::Quaterniond::Identity());
+  space.scale = Eigen::VectorXd::Ones(kObservationRows);
+  const double most = 1.2 * std::numbers::pi;
+  const MatrixXd falling = observe(space, turning(most, 0.0));
+  const MatrixXd rising = observe(space, turning(0.0, most));
+  EXPECT_LT((falling - rising.rowwise().reverse()).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(falling.cwiseAbs().topRows(motion::kAngleRowCount).maxCoeff(), most, 1e-9);
 }
 
 TEST(ObservationSpace, AStillBodyHasPlainSteps) {

@@ -18,7 +18,7 @@ inline texture::MotionTexture synthetic_texture() {
   }
   texture::TextureLearning learning;
   learning.min_frames = 30;
-  learning.threshold = 0.05;
+  learning.textons = 6;
   learning.threads = 1;
   return texture::learn_texture(sources, learning).texture;
 }

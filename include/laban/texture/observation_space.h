@@ -30,6 +30,7 @@ struct ObservationSpace {
 [[nodiscard]] ObservationSpace learn_observation_space(std::span<const motion::PoseMatrix> takes);
 
 /// 67 x F observations: rows 3 s .. 3 s + 2 are standard joint s, then height, then steps.
+/// Angles are unwrapped along time, each joint on the branch that stays nearest to the reference.
 [[nodiscard]] Eigen::MatrixXd observe(const ObservationSpace& space,
                                       const motion::PoseMatrix& pose);
 
