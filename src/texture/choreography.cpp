@@ -76,7 +76,7 @@ MatrixXd with_jumps(const MotionTexture& texture, MatrixXd costs) {
     const auto end = texture.observations.middleCols(out.begin + out.length - 2, 2);
     for (const Segment& in : texture.segments) {
       double& distance = distances(out.texton, in.texton);
-      distance = std::min(distance, (texture.observations.middleCols(in.begin, 2) - end).norm());
+      distance = std::min(distance, pose_distance(texture, in, end));
     }
   }
   VectorXd nearest = distances.rowwise().minCoeff();

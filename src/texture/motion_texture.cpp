@@ -9,6 +9,12 @@ std::vector<int> segments_of(const MotionTexture& texture, int texton) {
   return found;
 }
 
+double pose_distance(const MotionTexture& texture, const Segment& segment,
+                     const Eigen::Ref<const Eigen::MatrixXd>& frames) {
+  const Eigen::MatrixXd start = texture.observations.middleCols(segment.begin, 2);
+  return (on_branches_near(texture.space, start, frames.col(0)) - frames).norm();
+}
+
 Eigen::MatrixXd transition_matrix(const MotionTexture& texture) {
   Eigen::MatrixXd matrix = texture.transition_counts;
   for (Eigen::Index row = 0; row < matrix.rows(); ++row) {

@@ -103,6 +103,20 @@ MatrixXd observe(const ObservationSpace& space, const PoseMatrix& pose) {
   return space.scale.asDiagonal() * observations;
 }
 
+MatrixXd on_branches_near(const ObservationSpace& space, MatrixXd observations,
+                          const Eigen::Ref<const Eigen::VectorXd>& near) {
+  for (Index row = 0; row < kAngleRowCount; row += 3) {
+    const Vector3d scale = space.scale.segment<3>(row);
+    Vector3d before = near.segment<3>(row).cwiseQuotient(scale);
+    for (Index f = 0; f < observations.cols(); ++f) {
+      auto angles = observations.block<3, 1>(row, f);
+      before = math::nearest_branch(angles.cwiseQuotient(scale), before);
+      angles = before.cwiseProduct(scale);
+    }
+  }
+  return observations;
+}
+
 PoseMatrix poses_of(const ObservationSpace& space, const Eigen::Ref<const MatrixXd>& observations,
                     double frame_rate_hz, double leg_length_m) {
   if (observations.rows() != kObservationRows) {

@@ -247,8 +247,7 @@ TextonChange TextonWalk::nearest_change(std::optional<int> to) const {
     for (int entering = 0; entering < static_cast<int>(texture_.segments.size()); ++entering) {
       const Segment& in = texture_.segments[at(entering)];
       if (in.length < 2 || !open[at(in.texton)]) continue;
-      const double distance = (texture_.observations.middleCols(in.begin, 2) - end).norm() *
-                              (1.0 + visits_[at(in.texton)]);
+      const double distance = pose_distance(texture_, in, end) * (1.0 + visits_[at(in.texton)]);
       if (distance < least) {
         least = distance;
         best = {leaving, entering, true};

@@ -99,7 +99,9 @@ class TextonSequence {
   /// `length` frames from where the one before ended, driven by what drove a segment of the texton;
   /// after them comes `next`, d x 2.
   MatrixXd until(int segment, int length, const MatrixXd& next) {
-    const MatrixXd y = draw(segment, std::max(length, kFewestConstrained) + 2, next);
+    const MatrixXd end =
+        on_branches_near(texture_.space, next, end_of(texture_, segment).rightCols<1>());
+    const MatrixXd y = draw(segment, std::max(length, kFewestConstrained) + 2, end);
     start_ = next;
     return y.leftCols(y.cols() - 2);
   }
@@ -109,8 +111,9 @@ class TextonSequence {
   MatrixXd until_jump(int segment, int length, const MatrixXd& next) {
     const MatrixXd y =
         draw(segment, std::max(length, kFewestConstrained), end_of(texture_, segment));
-    const Eigen::VectorXd last = y.col(y.cols() - 1);
-    const Eigen::VectorXd velocity = last - y.col(y.cols() - 2);
+    const MatrixXd ends = on_branches_near(texture_.space, y.rightCols(2), next.col(0));
+    const Eigen::VectorXd last = ends.col(1);
+    const Eigen::VectorXd velocity = last - ends.col(0);
     start_ = next;
     offset_.resize(y.rows(), 2);
     offset_ << last + velocity, last + 2.0 * velocity;

@@ -69,6 +69,13 @@ TEST(ObservationSpace, StepsWeighTheSameAtEveryRate) {
   EXPECT_NEAR(at_fast / at_slow, 2.0, 0.1);
 }
 
+ObservationSpace plain_space() {
+  ObservationSpace space;
+  space.reference.fill(Eigen::Quaterniond::Identity());
+  space.scale = Eigen::VectorXd::Ones(kObservationRows);
+  return space;
+}
+
 /// A forearm that turns about one axis from one angle to another, radians.
 motion::PoseMatrix turning(double from, double to) {
   constexpr int kFrames = 60;
@@ -81,14 +88,24 @@ motion::PoseMatrix turning(double from, double to) {
 
 // Begun on the principal branch, the first would run from -0.8 pi to -2 pi.
 TEST(ObservationSpace, ATakeMayBeginBeyondHalfATurn) {
-  ObservationSpace space;
-  space.reference.fill(Eigen::Quaterniond::Identity());
-  space.scale = Eigen::VectorXd::Ones(kObservationRows);
+  const ObservationSpace space = plain_space();
   const double most = 1.2 * std::numbers::pi;
   const MatrixXd falling = observe(space, turning(most, 0.0));
   const MatrixXd rising = observe(space, turning(0.0, most));
   EXPECT_LT((falling - rising.rowwise().reverse()).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_NEAR(falling.cwiseAbs().topRows(motion::kAngleRowCount).maxCoeff(), most, 1e-9);
+}
+
+// Two tellings of one motion, a whole turn apart: what is near is the same pose, not the same
+// numbers.
+TEST(OnBranchesNear, MovesAnglesByWholeTurnsOnly) {
+  const ObservationSpace space = plain_space();
+  const MatrixXd low = observe(space, turning(0.2, 0.9 * std::numbers::pi));
+  MatrixXd high = low;
+  const int row = 3 * motion::index_of(motion::StandardJoint::kLeftForearm);
+  high.row(row).array() -= 2.0 * std::numbers::pi;
+  EXPECT_LT((on_branches_near(space, high, low.col(0)) - low).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((on_branches_near(space, low, low.col(0)) - low).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 TEST(ObservationSpace, AStillBodyHasPlainSteps) {

@@ -141,7 +141,8 @@ MotionTexture small_texture() {
   MotionTexture texture = test::empty_texture();
   const std::vector<std::vector<int>> takes{{0, 1, 0, 1, 0, 2}, {3}, {4, 4}};
   const std::vector<double> levels{0, 1, 0.1, 1.1, 0.2, 9, 8, 5, 5};
-  texture.observations.resize(1, 27);
+  texture.space.scale = Eigen::VectorXd::Ones(kObservationRows);
+  texture.observations = MatrixXd::Zero(kObservationRows, 27);  // all but the height is the same
   texture.textons.resize(5);
   texture.transition_counts = MatrixXd::Zero(5, 5);
   int begin = 0;
@@ -149,8 +150,8 @@ MotionTexture small_texture() {
     texture.takes.push_back({"", begin, 3 * static_cast<int>(labels.size()), 0, 1.0});
     for (std::size_t n = 0; n < labels.size(); ++n) {
       if (n > 0) texture.transition_counts(labels[n - 1], labels[n]) += 1.0;
-      texture.observations.middleCols(begin, 3).setConstant(
-          levels[static_cast<std::size_t>(begin / 3)]);
+      texture.observations.block(kStepRow - 1, begin, 1, 3)
+          .setConstant(levels[static_cast<std::size_t>(begin / 3)]);
       texture.segments.push_back({begin, 3, labels[n]});
       begin += 3;
     }

@@ -81,6 +81,11 @@ struct MotionTexture {
   return texture.observations.middleCols(segment.begin, segment.length);
 }
 
+/// How far the first two frames of a segment are from two others, in observation units.
+/// @param frames  d x 2.
+[[nodiscard]] double pose_distance(const MotionTexture& texture, const Segment& segment,
+                                   const Eigen::Ref<const Eigen::MatrixXd>& frames);
+
 /// Nt x Nt transition matrix M: rows of counts over their sum; a row of zeros has no successor.
 [[nodiscard]] Eigen::MatrixXd transition_matrix(const MotionTexture& texture);
 

@@ -34,6 +34,13 @@ struct ObservationSpace {
 [[nodiscard]] Eigen::MatrixXd observe(const ObservationSpace& space,
                                       const motion::PoseMatrix& pose);
 
+/// The same poses with each joint told on the branch nearest to what it is in `near`, and then from
+/// frame to frame: only so is the difference of two observations one of poses.
+/// @param observations  67 x F.  @param near  67 x 1.
+[[nodiscard]] Eigen::MatrixXd on_branches_near(const ObservationSpace& space,
+                                               Eigen::MatrixXd observations,
+                                               const Eigen::Ref<const Eigen::VectorXd>& near);
+
 /// The inverse of observe: poses of any 67 x F observations.
 [[nodiscard]] motion::PoseMatrix poses_of(const ObservationSpace& space,
                                           const Eigen::Ref<const Eigen::MatrixXd>& observations,
