@@ -51,7 +51,7 @@ std::string npy_header(const MotionTable& table) {
          std::to_string(table.values.cols()) + ",), }";
 }
 
-void append(std::string& bytes, const void* data, std::size_t size) {
+void append_bytes(std::string& bytes, const void* data, std::size_t size) {
   const std::size_t old = bytes.size();
   bytes.resize(old + size);
   std::memcpy(bytes.data() + old, data, size);
@@ -106,15 +106,15 @@ std::string format_npy(const MotionTable& table) {
   header += '\n';
   std::string bytes("\x93NUMPY\x02\x00", 8);
   const auto size = static_cast<std::uint32_t>(header.size());
-  append(bytes, &size, sizeof size);
+  append_bytes(bytes, &size, sizeof size);
   bytes += header;
   bytes.reserve(bytes.size() + static_cast<std::size_t>(table.values.size() + table.values.cols()) *
                                    sizeof(double));
   for (Eigen::Index f = 0; f < table.values.cols(); ++f) {
     const double time = time_s(table, f);
-    append(bytes, &time, sizeof time);
-    append(bytes, table.values.col(f).data(),
-           static_cast<std::size_t>(table.values.rows()) * sizeof(double));
+    append_bytes(bytes, &time, sizeof time);
+    append_bytes(bytes, table.values.col(f).data(),
+                 static_cast<std::size_t>(table.values.rows()) * sizeof(double));
   }
   return bytes;
 }

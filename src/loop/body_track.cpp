@@ -89,8 +89,8 @@ BodyRows::BodyRows(const motion::Skeleton& skeleton, const motion::Humanoid& hum
     feet[static_cast<std::size_t>(p)] = std::max(0, row_of[static_cast<std::size_t>(joint)]);
   }
   for (std::size_t side = 0; side < toes.size(); ++side) {
-    const auto toe = humanoid.mapped(side == 0 ? motion::StandardJoint::kLeftToe
-                                               : motion::StandardJoint::kRightToe);
+    const auto& toe = humanoid.mapped(side == 0 ? motion::StandardJoint::kLeftToe
+                                                : motion::StandardJoint::kRightToe);
     const int row = toe ? row_of[static_cast<std::size_t>(toe->joint)] : -1;
     toes[side] = row >= 0 ? row : feet[2 * side];
   }

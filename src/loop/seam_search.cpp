@@ -278,7 +278,8 @@ void lead_feet(const SeamTask& task, Candidate& candidate) {
   for (int t = 1; t + 1 < seam.found.frames; ++t) {
     BodyFrame& frame = with.frames[static_cast<std::size_t>(t)];
     const double source_frame = frame.source_frame;
-    frame = led[static_cast<std::size_t>(around.first + t)];
+    const int place = around.first + t;
+    frame = led[static_cast<std::size_t>(place)];
     frame.source_frame = source_frame;
   }
   measure_rates(task, with);

@@ -156,7 +156,7 @@ constexpr int kShortIterations = 15;
 constexpr std::size_t kLongRuns = 3;
 
 /// EM ends in the optimum nearest to where it begins: the best of several.
-GaussianMixture best_mixture(const MatrixXd& points, std::vector<int> first_labels,
+GaussianMixture best_mixture(const MatrixXd& points, const std::vector<int>& first_labels,
                              const KMeansOptions& hard, base::Rng& rng) {
   struct Beginning {
     double likelihood = 0.0;
@@ -170,7 +170,7 @@ GaussianMixture best_mixture(const MatrixXd& points, std::vector<int> first_labe
   once.restarts = 1;
   std::vector<Beginning> beginnings;
   for (int n = 0; n < kMixtureBeginnings; ++n) {
-    std::vector<int> labels = n == 0 ? std::move(first_labels) : k_means(points, once, rng).labels;
+    std::vector<int> labels = n == 0 ? first_labels : k_means(points, once, rng).labels;
     const double likelihood = gaussian_mixture(points, labels, brief).mean_log_likelihood;
     beginnings.push_back({likelihood, std::move(labels)});
   }

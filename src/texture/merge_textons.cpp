@@ -199,7 +199,7 @@ class Merger {
 }  // namespace
 
 std::vector<Segment> merge_textons(const MatrixXd& observations, const FloatObservations& y,
-                                   std::vector<Segment> segments, double threshold,
+                                   const std::vector<Segment>& segments, double threshold,
                                    const TextonFit& fit, int threads) {
   Merger merger(observations, y, threshold, fit, threads);
   merger.begin(segments);

@@ -95,7 +95,7 @@ class Search {
  public:
   Search(int frames, int min_frames, const LogTransitions& transitions)
       : frames_(frames), min_frames_(min_frames), transitions_(transitions) {
-    const auto size = static_cast<std::size_t>(2 * min_frames);
+    const auto size = 2 * static_cast<std::size_t>(min_frames);
     windows_.resize(static_cast<std::size_t>(transitions.texton_count()));
     for (Window& window : windows_) {
       window.delta.assign(size, -math::kInfinity);
@@ -132,7 +132,8 @@ class Search {
       const int b = t - min_frames_ + 1;
       if (b < 0) continue;
       const auto entry = static_cast<std::size_t>(t - begin);
-      const auto at_b = static_cast<std::size_t>(c - min_frames_ + 1);
+      const int first = c - min_frames_ + 1;
+      const auto at_b = static_cast<std::size_t>(first);
       // The parts of Eq. at the head: enter + start_i(b) - S_i(b + 1).
       const double candidate = enter_[entry] + window.start[at_b] - window.sum[at_b + 1];
       if (candidate > window.best) {
@@ -188,7 +189,8 @@ class Search {
   }
 
   [[nodiscard]] SegmentPath finish() const {
-    const auto last = static_cast<std::size_t>((frames_ - 1) % min_frames_ + min_frames_);
+    const int newest = (frames_ - 1) % min_frames_ + min_frames_;
+    const auto last = static_cast<std::size_t>(newest);
     const Window* winner = &windows_.front();
     for (const Window& window : windows_) {
       if (window.delta[last] > winner->delta[last]) winner = &window;

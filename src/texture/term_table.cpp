@@ -64,8 +64,10 @@ TextonPack::Rows TextonPack::pack(const MatrixXd& matrix, const VectorXd& bias) 
   Rows packed;
   packed.rows = rows;
   packed.stride = stride;
-  packed.values.assign(static_cast<std::size_t>(groups * stride * kGroupRows), 0.0F);
-  packed.bias.assign(static_cast<std::size_t>(groups * kGroupRows), 0.0F);
+  const int padded_rows = groups * kGroupRows;
+  const int padded = padded_rows * stride;
+  packed.values.assign(static_cast<std::size_t>(padded), 0.0F);
+  packed.bias.assign(static_cast<std::size_t>(padded_rows), 0.0F);
   for (int g = 0; g < groups; ++g) {
     int used = 0;
     for (int r = 0; r < kGroupRows && g * kGroupRows + r < rows; ++r) {
@@ -73,8 +75,8 @@ TextonPack::Rows TextonPack::pack(const MatrixXd& matrix, const VectorXd& bias) 
       packed.bias[static_cast<std::size_t>(row)] = static_cast<float>(bias[row]);
       for (int k = 0; k < stride; ++k) {
         if (matrix(row, k) != 0.0) used = std::max(used, k + 1);
-        packed.values[static_cast<std::size_t>((g * stride + k) * kGroupRows + r)] =
-            static_cast<float>(matrix(row, k));
+        const int cell = (g * stride + k) * kGroupRows + r;
+        packed.values[static_cast<std::size_t>(cell)] = static_cast<float>(matrix(row, k));
       }
     }
     packed.columns.push_back(used);

@@ -171,7 +171,7 @@ TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, b
     : texture_(texture),
       segments_(at(texture.texton_count())),
       visits_(segments_.size(), 0),
-      rng_(std::move(rng)) {
+      rng_(rng) {
   if (texture.segments.empty()) {
     throw Error(ErrorKind::kUsage, "a walk needs a texture with at least one segment");
   }
