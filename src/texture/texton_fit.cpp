@@ -110,7 +110,7 @@ VectorXd half_squares(const Eigen::LLT<MatrixXd>& llt, const MatrixXd& columns) 
 }
 
 /// m x (F - 2) prediction errors of the states from frame 2 on.
-MatrixXd innovations(const LinearDynamics& dynamics, const MatrixXd& x) {
+MatrixXd prediction_errors(const LinearDynamics& dynamics, const MatrixXd& x) {
   const Index n = x.cols() - 2;
   MatrixXd left = x.rightCols(n);
   left.noalias() -= dynamics.a1 * x.middleCols(1, n);
@@ -198,7 +198,8 @@ VectorXd TextonLikelihood::step_terms(const Eigen::Ref<const MatrixXd>& y) const
   const MatrixXd centered = y.colwise() - texton_.mean;
   const MatrixXd x = texton_.basis.transpose() * centered;
   const Index n = y.cols() - 2;
-  terms.tail(n) = half_squares(noise_, innovations(texton_.dynamics, x)).array() + noise_constant_;
+  terms.tail(n) =
+      half_squares(noise_, prediction_errors(texton_.dynamics, x)).array() + noise_constant_;
   terms.tail(n) += residual_terms(centered, x).tail(n);
   return terms;
 }

@@ -16,7 +16,8 @@ set(LABAN_PRECOMPILED_HEADERS <Eigen/Dense> <Eigen/Geometry> <algorithm> <option
 
 # laban_quick_build(target header..): how a library or a program of ours is compiled fast. Its own files
 # one by one share precompiled headers; in a unity build (presets demo, sanitize, fuzz) a target is one
-# file, a fifth of the work from scratch, so a name in an unnamed namespace is unique in its folder.
+# file, a third of the work from scratch, so a name in an unnamed namespace is unique in its folder: an
+# overload of it, or of a public function, may be taken for it unseen.
 function(laban_quick_build target)
   if(CMAKE_UNITY_BUILD)
     set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 0)
