@@ -21,7 +21,8 @@ namespace laban::texture {
 /// @returns the segments, labels renumbered without gap in order of first appearance.
 [[nodiscard]] std::vector<Segment> merge_textons(const Eigen::MatrixXd& observations,
                                                  const FloatObservations& y,
-                                                 const std::vector<Segment>& segments, double threshold,
-                                                 const TextonFit& fit, int threads);
+                                                 const std::vector<Segment>& segments,
+                                                 double threshold, const TextonFit& fit,
+                                                 int threads);
 
 }  // namespace laban::texture
