@@ -55,21 +55,48 @@ struct Knot {
   double slope;
 };
 
-/// Where the function with these knots is least, and how many knots lie left of it.
-struct Minimum {
-  double at;
-  std::size_t left_count;
+/// Knots on one side of the least point, the nearest to it last. What happens to all of them is
+/// noted instead of done: a knot stored as (at, slope) is at at + shift, with slope
+/// slope + steepness at + rise.
+class Side {
+ public:
+  [[nodiscard]] bool empty() const { return stored_.empty(); }
+  [[nodiscard]] Knot nearest() const {
+    const Knot& knot = stored_.back();
+    return {knot.at + shift_, knot.slope + steepness_ * knot.at + rise_};
+  }
+  void push(const Knot& knot) {
+    const double at = knot.at - shift_;
+    stored_.push_back({at, knot.slope - steepness_ * at - rise_});
+  }
+  Knot pop() {
+    const Knot knot = nearest();
+    stored_.pop_back();
+    return knot;
+  }
+  void move(double by) { shift_ += by; }
+  /// Adds the derivative of (x - y)^2.
+  void add_square(double y) {
+    steepness_ += 2.0;
+    rise_ += 2.0 * (shift_ - y);
+  }
+
+ private:
+  std::vector<Knot> stored_;
+  double shift_ = 0.0;
+  double steepness_ = 0.0;
+  double rise_ = 0.0;
 };
 
-Minimum find_minimum(const std::vector<Knot>& knots) {
-  const auto right = std::lower_bound(knots.begin(), knots.end(), 0.0,
-                                      [](const Knot& k, double zero) { return k.slope < zero; });
-  const auto left_count = static_cast<std::size_t>(right - knots.begin());
-  if (right == knots.begin()) return {knots.front().at, 0};
-  const Knot& a = *(right - 1);
-  if (right == knots.end()) return {a.at, left_count};
-  const Knot& b = *right;
-  return {a.at + (b.at - a.at) * (-a.slope / (b.slope - a.slope)), left_count};
+/// Puts every knot on its side, slopes below 0 left, and tells where the function is least.
+double find_least(Side& left, Side& right) {
+  while (!right.empty() && right.nearest().slope < 0.0) left.push(right.pop());
+  while (!left.empty() && left.nearest().slope >= 0.0) right.push(left.pop());
+  if (left.empty()) return right.nearest().at;
+  const Knot a = left.nearest();
+  if (right.empty()) return a.at;
+  const Knot b = right.nearest();
+  return a.at + (b.at - a.at) * (-a.slope / (b.slope - a.slope));
 }
 
 /// The values x(0) = y(0), .., x(U) = y(U) with |x(k + 1) - x(k)| <= limit that minimise
@@ -77,23 +104,24 @@ Minimum find_minimum(const std::vector<Knot>& knots) {
 ///
 /// f_k(x), the least sum over 0 .. k with x(k) = x, is convex and piecewise quadratic:
 /// f_k(x) = (x - y(k))^2 + min over |w - x| <= limit of f_(k-1)(w). That minimum spreads f_(k-1) by
-/// `limit` to both sides of its least point m_(k-1), so only derivatives' knots need keeping; going
-/// back, x(k - 1) is m_(k-1) clamped to [x(k) - limit, x(k) + limit].
+/// `limit` to both sides of its least point m_(k-1), so only derivatives' knots need keeping, few
+/// of which change sides: time is linear in U but for paths made for it. Going back, x(k - 1) is
+/// m_(k-1) clamped to [x(k) - limit, x(k) + limit].
 Eigen::VectorXd project_to_limited_slope(const Eigen::VectorXd& y, double limit) {
   const Index last = y.size() - 1;
   Eigen::VectorXd x(y.size());
   if (last <= 0) return y;
-  std::vector<Knot> knots = {{y(0), 0.0}};  // f_0: finite at y(0) alone
+  Side left, right;
+  right.push({y(0), 0.0});  // f_0: finite at y(0) alone
   Eigen::VectorXd least(y.size());
   for (Index k = 0; k < last; ++k) {
-    const Minimum minimum = find_minimum(knots);
-    least(k) = minimum.at;
-    for (std::size_t m = 0; m < knots.size(); ++m) {
-      knots[m].at += m < minimum.left_count ? -limit : limit;
-    }
-    const auto middle = knots.begin() + static_cast<std::ptrdiff_t>(minimum.left_count);
-    knots.insert(middle, {{minimum.at - limit, 0.0}, {minimum.at + limit, 0.0}});
-    for (Knot& knot : knots) knot.slope += 2.0 * (knot.at - y(k + 1));
+    least(k) = find_least(left, right);
+    left.move(-limit);
+    right.move(limit);
+    left.push({least(k) - limit, 0.0});
+    right.push({least(k) + limit, 0.0});
+    left.add_square(y(k + 1));
+    right.add_square(y(k + 1));
   }
   x(last) = y(last);
   for (Index k = last - 1; k >= 0; --k) {
@@ -114,19 +142,20 @@ Eigen::VectorXd smooth_slope(const Eigen::VectorXd& values, double half_width) {
     weights(m) = 1.0 + std::cos(std::numbers::pi * static_cast<double>(m) / half_width);
   }
   weights /= weights(0) + 2.0 * weights.tail(reach).sum();
-  const auto slope = [&](Index k) {
+  // Differences, mirrored `reach` (which may be more than there are) beyond either end.
+  Eigen::VectorXd slope(count + 2 * reach);
+  for (Index k = 0; k < slope.size(); ++k) {
     const Index period = 2 * count;
-    const Index inside = ((k % period) + period) % period;
+    const Index inside = ((k - reach) % period + period) % period;
     const Index mirrored = inside < count ? inside : period - 1 - inside;
-    return values(mirrored + 1) - values(mirrored);
-  };
+    slope(k) = values(mirrored + 1) - values(mirrored);
+  }
+  Eigen::VectorXd window(2 * reach + 1);
+  window << weights.tail(reach).reverse(), weights;
   Eigen::VectorXd smooth(values.size());
   smooth(0) = values(0);
-  for (Index k = 0; k < count; ++k) {
-    double sum = weights(0) * slope(k);
-    for (Index m = 1; m <= reach; ++m) sum += weights(m) * (slope(k - m) + slope(k + m));
-    smooth(k + 1) = smooth(k) + sum;
-  }
+  for (Index k = 0; k < count; ++k)
+    smooth(k + 1) = smooth(k) + window.dot(slope.segment(k, window.size()));
   smooth(count) = values(count);
   return smooth;
 }

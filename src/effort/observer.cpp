@@ -9,7 +9,6 @@
 #include "laban/base/error.h"
 #include "laban/math/low_pass.h"
 #include "laban/math/statistics.h"
-#include "laban/motion/forward_kinematics.h"
 #include "laban/motion/standard_body.h"
 
 // What is measured, and why so. DESIGN 6 gives starting points after [LarbouletteGibet15]; where we
@@ -101,16 +100,14 @@ PartVector mass_shares() {
 
 /// Positions of the parts on the standard body: 3 K x F, metres.
 Eigen::MatrixXd part_positions(const motion::PoseMatrix& pose) {
-  const Eigen::Matrix3Xd joints = motion::joint_positions(motion::to_standard_clip(pose));
+  const Eigen::MatrixXd joints = motion::standard_joint_positions(pose);
+  const auto joint = [&](StandardJoint which) {
+    return joints.middleRows<3>(3 * motion::index_of(which));
+  };
   Eigen::MatrixXd positions(3 * kPartCount, pose.frame_count());
-  for (int f = 0; f < pose.frame_count(); ++f) {
-    const auto joint = [&](StandardJoint which) {
-      return joints.col(f * motion::kStandardJointCount + motion::index_of(which));
-    };
-    for (int k = 0; k < kPartCount; ++k) {
-      const Part& part = kParts[static_cast<std::size_t>(k)];
-      positions.block<3, 1>(3 * k, f) = 0.5 * (joint(part.from) + joint(part.to));
-    }
+  for (int k = 0; k < kPartCount; ++k) {
+    const Part& part = kParts[static_cast<std::size_t>(k)];
+    positions.middleRows<3>(3 * k) = 0.5 * (joint(part.from) + joint(part.to));
   }
   return positions;
 }
@@ -141,17 +138,23 @@ PartRows norms(const Eigen::MatrixXd& rows) {
 
 using Values = Eigen::ArrayXd;
 
-/// exp of the weighted M-location m of logs l: sum w (l - m) / sqrt(1 + ((l - m) / width)^2) = 0,
-/// by reweighted means, which converge from anywhere as the loss is convex. @param values > 0.
+/// exp of the weighted M-location m of logs l: sum w u / sqrt(1 + u^2) = 0 with u = (l - m) /
+/// width. Newton's steps where they are short, else means reweighted by 1 / sqrt(1 + u^2), which
+/// converge from anywhere as the loss is convex. @param values > 0.
 double typical(const Values& values, const Values& weights) {
   const Values logs = values.log();
   double location = (weights * logs).sum() / weights.sum();
+  Values u(logs.size()), pull(logs.size());
   for (int step = 0; step < 50; ++step) {
-    const Values counted = weights / (1.0 + ((logs - location) / kLocationWidth).square()).sqrt();
-    const double next = (counted * logs).sum() / counted.sum();
-    const bool settled = std::abs(next - location) < 1e-9;
-    location = next;
-    if (settled) break;
+    u = (logs - location) / kLocationWidth;
+    pull = (1.0 + u.square()).rsqrt();
+    const double force = (weights * u * pull).sum();
+    const double newton = force / (weights * pull.cube()).sum();
+    const bool is_near = std::abs(newton) < 0.5;
+    const double move = kLocationWidth * (is_near ? newton : force / (weights * pull).sum());
+    location += move;
+    // What is left after a step of Newton's is of the order of its square.
+    if (std::abs(move) < (is_near ? 1e-5 : 1e-9)) break;
   }
   return std::exp(location);
 }

@@ -27,18 +27,25 @@ Biquad butterworth(double cutoff_over_rate) {
           (1.0 - std::numbers::sqrt2 * k + k * k) * norm};
 }
 
-/// One causal pass over every row, in place, from the steady state of its first column.
-void filter_forward(const Biquad& f, Eigen::MatrixXd& rows) {
+/// One pass over every row, in place, from column `first` on by `step` (1 or -1) to the other end,
+/// from the steady state of the first column.
+void filter(const Biquad& f, Eigen::Index first, Eigen::Index step, Eigen::MatrixXd& rows) {
   // With x = y = c for ever: s_2 = (b_2 - a_2) c and s_1 = (b_1 - a_1) c + s_2.
-  Eigen::VectorXd s2 = (f.b2 - f.a2) * rows.col(0);
-  Eigen::VectorXd s1 = (f.b1 - f.a1) * rows.col(0) + s2;
-  Eigen::VectorXd x(rows.rows()), y(rows.rows());
+  const Eigen::VectorXd second = (f.b2 - f.a2) * rows.col(first);
+  Eigen::MatrixX2d states(rows.rows(), 2);
+  states << (f.b1 - f.a1) * rows.col(first) + second, second;
+  double* __restrict const s1 = states.col(0).data();
+  double* __restrict const s2 = states.col(1).data();
+  const Eigen::Index count = rows.rows();
   for (Eigen::Index n = 0; n < rows.cols(); ++n) {
-    x = rows.col(n);
-    y = f.b0 * x + s1;
-    s1 = f.b1 * x - f.a1 * y + s2;
-    s2 = f.b2 * x - f.a2 * y;
-    rows.col(n) = y;
+    double* __restrict const column = rows.col(first + n * step).data();
+    for (Eigen::Index r = 0; r < count; ++r) {
+      const double x = column[r];
+      const double y = f.b0 * x + s1[r];
+      s1[r] = f.b1 * x - f.a1 * y + s2[r];
+      s2[r] = f.b2 * x - f.a2 * y;
+      column[r] = y;
+    }
   }
 }
 
@@ -73,12 +80,11 @@ Eigen::MatrixXd low_pass(const Eigen::Ref<const Eigen::MatrixXd>& rows, double f
   const double wanted = std::ceil(3.0 / relative);
   const double longest = static_cast<double>(rows.cols() - 1);
   const auto pad = static_cast<Eigen::Index>(std::min(wanted, longest));
-  const Biquad filter = butterworth(relative);
+  const Biquad biquad = butterworth(relative);
   Eigen::MatrixXd work = padded(rows, pad);
-  filter_forward(filter, work);
-  work = work.rowwise().reverse().eval();
-  filter_forward(filter, work);
-  return work.rowwise().reverse().middleCols(pad, rows.cols());
+  filter(biquad, 0, 1, work);
+  filter(biquad, work.cols() - 1, -1, work);
+  return work.middleCols(pad, rows.cols());
 }
 
 }  // namespace laban::math

@@ -24,12 +24,14 @@ Eigen::Quaterniond exp(const Eigen::Vector3d& r) {
       std::sin(0.5 * angle);  // whatever the angle: the two cost hardly more than one
   const double s = angle < 1e-4 ? 0.5 - angle * angle / 48.0 : sine / angle;
   Eigen::Quaterniond q(cosine, s * r.x(), s * r.y(), s * r.z());
-  q.normalize();
+  q.coeffs() *= 1.5 - 0.5 * q.squaredNorm();  // to unit length: it is off by round-off only
   return q;
 }
 
 Eigen::Vector3d nearest_branch(const Eigen::Vector3d& r, const Eigen::Vector3d& previous) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
+  constexpr double kHalfTurnSquared = 9.86;  // a little less: no other branch can be nearer
+  if ((r - previous).squaredNorm() < kHalfTurnSquared) return r;
   const double angle = r.norm();
   if (angle < 1e-9) {
     const double length = previous.norm();

@@ -8,7 +8,6 @@
 
 #include "laban/base/error.h"
 #include "laban/math/low_pass.h"
-#include "laban/motion/forward_kinematics.h"
 #include "laban/motion/standard_body.h"
 
 namespace laban::motion {
@@ -26,10 +25,11 @@ constexpr double kLocalS = 0.1;
 constexpr double kFadeS = 0.15;
 
 PoseMatrix smoothed(const PoseMatrix& pose, double cutoff_hz) {
-  PoseMatrix smooth = pose;
-  smooth.angles = math::low_pass(pose.angles, pose.frame_rate_hz, cutoff_hz);
-  smooth.height = math::low_pass(pose.height, pose.frame_rate_hz, cutoff_hz);
-  smooth.steps = math::low_pass(pose.steps, pose.frame_rate_hz, cutoff_hz);
+  const auto low_pass = [&](const MatrixXd& rows) {
+    return math::low_pass(rows, pose.frame_rate_hz, cutoff_hz);
+  };
+  PoseMatrix smooth{pose.frame_rate_hz, pose.leg_length_m, low_pass(pose.angles),
+                    low_pass(pose.height), low_pass(pose.steps)};
   smooth.steps.col(0) = smooth.steps.col(std::min<Index>(1, smooth.steps.cols() - 1));
   return smooth;
 }
@@ -45,12 +45,6 @@ PoseMatrix mixed(const PoseMatrix& a, const PoseMatrix& b, const RowVectorXd& sh
   }
   mix.steps.col(0) = mix.steps.col(std::min<Index>(1, mix.steps.cols() - 1));
   return mix;
-}
-
-/// Positions of all joints, 3 J x F, metres.
-MatrixXd positions_of(const PoseMatrix& pose, const PlanarPose& start = {}) {
-  const Eigen::Matrix3Xd joints = joint_positions(to_standard_clip(pose, start));
-  return Eigen::Map<const MatrixXd>(joints.data(), 3 * kStandardJointCount, pose.frame_count());
 }
 
 /// Third differences of the rows, per second cubed; F - 3 columns.
@@ -86,19 +80,34 @@ Index frames_in(const PoseMatrix& pose, double seconds) {
   return std::max<Index>(1, std::lround(seconds * pose.frame_rate_hz));
 }
 
-/// Mean squares over joints of the jerk of frames [begin, end), at least four of them, as the
-/// motion plays along `path`. A third difference lies between frames 1 and 2 of its four: it counts
-/// to both, and the larger of two counts.
-RowVectorXd squared_jerk(const PoseMatrix& pose, const Eigen::Matrix3Xd& path, Index begin,
-                         Index end) {
-  const PoseMatrix part = pose.slice(static_cast<int>(begin), static_cast<int>(end));
-  const MatrixXd positions = positions_of(part, {path(0, begin), path(1, begin), path(2, begin)});
+/// Mean squares over joints of the jerk of at least four frames. A third difference lies between
+/// frames 1 and 2 of its four: it counts to both, and the larger of two counts.
+RowVectorXd squared_jerk(const MatrixXd& positions, double rate_hz) {
   const RowVectorXd each =
-      third_derivative(positions, pose.frame_rate_hz).colwise().squaredNorm() / kStandardJointCount;
-  RowVectorXd squares = RowVectorXd::Zero(end - begin);
+      third_derivative(positions, rate_hz).colwise().squaredNorm() / kStandardJointCount;
+  RowVectorXd squares = RowVectorXd::Zero(positions.cols());
   squares.segment(1, each.size()) = each;
   squares.segment(2, each.size()) = squares.segment(2, each.size()).cwiseMax(each);
   return squares;
+}
+
+/// The same of frames [begin, end), as the motion plays along `path`.
+RowVectorXd squared_jerk(const PoseMatrix& pose, const Eigen::Matrix3Xd& path, Index begin,
+                         Index end) {
+  const PoseMatrix part = pose.slice(static_cast<int>(begin), static_cast<int>(end));
+  return squared_jerk(
+      standard_joint_positions(part, {path(0, begin), path(1, begin), path(2, begin)}),
+      pose.frame_rate_hz);
+}
+
+/// rms_jerk_m_s3 of a motion that takes the joints there.
+double rms_jerk(MatrixXd positions, double rate_hz) {
+  const MatrixXd hips = positions.topRows<3>();
+  for (int joint = 0; joint < kStandardJointCount; ++joint)
+    positions.middleRows<3>(3 * joint) -= hips;
+  const MatrixXd jerk = third_derivative(positions, rate_hz);
+  return std::sqrt(jerk.squaredNorm() /
+                   static_cast<double>(jerk.cols() * (kStandardJointCount - 1)));
 }
 
 /// local_jerk_m_s3 of the frames that are `wanted`; what the others get means nothing. Only what
@@ -131,16 +140,19 @@ RowVectorXd local_jerk_of(const PoseMatrix& pose, const std::vector<bool>& wante
 
 double rms_jerk_m_s3(const PoseMatrix& pose) {
   if (pose.frame_count() < 4) return 0.0;
-  MatrixXd positions = positions_of(pose);
-  const MatrixXd hips = positions.topRows<3>();
-  positions -= hips.replicate(kStandardJointCount, 1);
-  const MatrixXd jerk = third_derivative(positions, pose.frame_rate_hz);
-  return std::sqrt(jerk.squaredNorm() /
-                   static_cast<double>(jerk.cols() * (kStandardJointCount - 1)));
+  return rms_jerk(standard_joint_positions(pose), pose.frame_rate_hz);
 }
 
 RowVectorXd local_jerk_m_s3(const PoseMatrix& pose) {
   return local_jerk_of(pose, std::vector<bool>(static_cast<std::size_t>(pose.frame_count()), true));
+}
+
+Jerk jerk_of(const PoseMatrix& pose) {
+  if (pose.frame_count() < 4) return {};
+  MatrixXd positions = standard_joint_positions(pose);
+  const double largest =
+      mean_around(squared_jerk(positions, pose.frame_rate_hz), frames_in(pose, kLocalS)).maxCoeff();
+  return {rms_jerk(std::move(positions), pose.frame_rate_hz), std::sqrt(largest)};
 }
 
 PoseMatrix calm(const PoseMatrix& pose, double most_m_s3) {

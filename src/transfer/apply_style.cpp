@@ -68,7 +68,7 @@ Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget
     return restyled;
   }
   report.own_share = 1.0 - options.strength;
-  report.choice = search_blend(model, own.fragment, asked, options.search);
+  report.choice = memory.search(own.fragment, options.search).best(asked);
   restyled.piece = play(memory, own, report.choice, options);
   report.measured =
       effort::observe(effort::describe(restyled.piece.pose), model.observer, own.content);

@@ -52,14 +52,21 @@ struct AlphaRange {
   double high = blend::kMaxAlpha;
 };
 
-/// M samples of alpha a candidate, then golden-section search around the best of them, from the
-/// most promising candidate on. Ties: the first candidate.
-/// @param z          columns of style_features; their alpha is not looked at.
+/// @param z  columns of style_features; their alpha is not looked at.
+/// @param samples  M >= 2, uniform over `range`.
+[[nodiscard]] SampledBlends sample_blends(const StyleModel& model, Eigen::MatrixXd z, int samples,
+                                          const AlphaRange& range = {});
+
+/// Golden-section search around the best sample of each candidate, from the most promising on: on
+/// the curve through the samples, and for the best of all on the regressor's own predictions. Ties:
+/// the first candidate.
 /// @param reachable  widened by every sample and by what is found.
-/// @returns nothing if z has no column.
-[[nodiscard]] std::optional<FoundBlend> find_blend(
-    const StyleModel& model, const Eigen::MatrixXd& z, const EffortTarget& target,
-    const SearchOptions& options, Reachable& reachable, const AlphaRange& range = {});
+/// @returns nothing if there is no candidate.
+[[nodiscard]] std::optional<FoundBlend> find_blend(const StyleModel& model,
+                                                   const SampledBlends& sampled,
+                                                   const EffortTarget& target,
+                                                   const SearchOptions& options,
+                                                   Reachable& reachable);
 
 /// Blends further neighbours into a pair, up to `options.way` fragments (see search_blend).
 /// @returns the pair itself if none brings it nearer to the target by kLeastGain.

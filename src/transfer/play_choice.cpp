@@ -34,9 +34,13 @@ PlayedChoice play_fragment(PlayMemory& memory, int fragment) {
 /// What was blended so far with a further fragment.
 PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const BlendStep& step,
                       double fastest_play) {
-  blend::Blend made = blend::blend(align_pair(so_far.pose, pose_of(memory.model(), step.fragment),
-                                              calm_warp(step.alpha, fastest_play)),
-                                   step.alpha);
+  const motion::PoseMatrix& next = pose_of(memory.model(), step.fragment);
+  const bool is_fragment = so_far.parts.size() == 1;
+  const align::TimeWarp warp =
+      align::warp_of_path(is_fragment ? memory.path(so_far.parts.front().fragment, step.fragment)
+                                      : path_between(so_far.pose, next),
+                          calm_warp(step.alpha, fastest_play));
+  blend::Blend made = blend::blend({so_far.pose, next, warp}, step.alpha);
   PlayedChoice played{
       {},
       blend::blend_contacts(made, step.alpha, so_far.contacts, memory.of(step.fragment).contacts),
@@ -48,15 +52,10 @@ PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const Blen
   return played;
 }
 
-Jerk jerk_of(const motion::PoseMatrix& pose) {
-  return {motion::rms_jerk_m_s3(pose), motion::local_jerk_m_s3(pose).maxCoeff()};
-}
-
-/// Of the fragments that are blended: the mean of what is usual, the largest at any moment.
-Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts) {
-  Jerk all;
+motion::Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts) {
+  motion::Jerk all;
   for (const PlayedPart& part : parts) {
-    const Jerk& own = memory.of(part.fragment).jerk;
+    const motion::Jerk& own = memory.of(part.fragment).jerk;
     all.usual_m_s3 += own.usual_m_s3 / static_cast<double>(parts.size());
     all.largest_m_s3 = std::max(all.largest_m_s3, own.largest_m_s3);
   }
@@ -66,12 +65,15 @@ Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts) {
 /// A motion without the jerks that quick play and extrapolation make of its sources' trembling.
 /// Where a time warp changes pace a blend may jerk for a moment: there it is held to what its
 /// sources do at most.
-motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const Jerk& sources) {
+motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const motion::Jerk& sources) {
   constexpr double kMostUsual = 1.2;           // times the sources'
   constexpr double kMostLargest = 1.0 + 1e-9;  // the same, and round-off is no jerk
-  return motion::calm_locally(
-      motion::calm(pose, kMostUsual * sources.usual_m_s3),
-      Eigen::RowVectorXd::Constant(pose.frame_count(), kMostLargest * sources.largest_m_s3));
+  const motion::Jerk own = motion::jerk_of(pose);
+  const double usual = kMostUsual * sources.usual_m_s3;
+  const double largest = kMostLargest * sources.largest_m_s3;
+  if (own.usual_m_s3 <= usual && own.largest_m_s3 <= largest) return pose;
+  return motion::calm_locally(motion::calm(pose, usual),
+                              Eigen::RowVectorXd::Constant(pose.frame_count(), largest));
 }
 
 }  // namespace
@@ -82,9 +84,22 @@ const PlayMemory::Known& PlayMemory::of(int fragment) {
   std::optional<Known>& known = known_[static_cast<std::size_t>(fragment)];
   if (!known) {
     const motion::PoseMatrix& pose = pose_of(*model_, fragment);
-    known = Known{motion::find_foot_contacts(pose).contacts, jerk_of(pose)};
+    known = Known{motion::find_foot_contacts(pose).contacts, motion::jerk_of(pose)};
   }
   return *known;
+}
+
+const std::vector<align::FramePair>& PlayMemory::path(int fragment_i, int fragment_j) {
+  auto& path = paths_[{fragment_i, fragment_j}];
+  if (path.empty()) path = path_between(pose_of(*model_, fragment_i), pose_of(*model_, fragment_j));
+  return path;
+}
+
+const BlendSearch& PlayMemory::search(int fragment, const SearchOptions& options) {
+  if (!searches_.empty() && searches_.begin()->second.options() != options) searches_.clear();
+  const auto found = searches_.find(fragment);
+  if (found != searches_.end()) return found->second;
+  return searches_.emplace(fragment, BlendSearch(*model_, fragment, options)).first->second;
 }
 
 PlayedChoice play_choice(PlayMemory& memory, const BlendChoice& choice, double fastest_play) {

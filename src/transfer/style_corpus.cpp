@@ -130,8 +130,8 @@ std::vector<motion::PoseMatrix> poses_of(std::span<const Fragment> fragments) {
   return poses;
 }
 
-blend::BlendPair align_pair(const motion::PoseMatrix& clip_i, const motion::PoseMatrix& clip_j,
-                            const align::TimeWarpOptions& warp) {
+std::vector<align::FramePair> path_between(const motion::PoseMatrix& clip_i,
+                                           const motion::PoseMatrix& clip_j) {
   require(align::blendable(clip_i.frame_count(), clip_j.frame_count()),
           "clips of " + std::to_string(clip_i.frame_count()) + " and " +
               std::to_string(clip_j.frame_count()) +
@@ -139,9 +139,12 @@ blend::BlendPair align_pair(const motion::PoseMatrix& clip_i, const motion::Pose
   const Eigen::VectorXd mean_i = clip_i.angles.rowwise().mean();
   const Eigen::MatrixXd angles_j = align::on_branch_of(clip_j.angles, mean_i);
   const Eigen::VectorXd mean_j = angles_j.rowwise().mean();
-  const align::DtwResult alignment =
-      align::dtw(clip_i.angles.colwise() - mean_i, angles_j.colwise() - mean_j);
-  return {clip_i, clip_j, align::warp_of_path(alignment.path, warp)};
+  return align::dtw(clip_i.angles.colwise() - mean_i, angles_j.colwise() - mean_j).path;
+}
+
+blend::BlendPair align_pair(const motion::PoseMatrix& clip_i, const motion::PoseMatrix& clip_j,
+                            const align::TimeWarpOptions& warp) {
+  return {clip_i, clip_j, align::warp_of_path(path_between(clip_i, clip_j), warp)};
 }
 
 blend::Blend make_blend(std::span<const Fragment> fragments, const CorpusBlend& blend) {

@@ -6,6 +6,7 @@
 
 #include "laban/base/error.h"
 #include "laban/math/constants.h"
+#include "laban/math/cubic_interpolation.h"
 #include "laban/math/golden_section.h"
 
 #include "transfer/blend_search.h"
@@ -26,29 +27,10 @@ void require_known(const StyleModel& model, const EffortTarget& target) {
   }
 }
 
-struct Pair {
-  int i = 0;
-  int j = 0;
-};
-
-std::vector<Pair> pairs_among(const StyleModel& model, const std::vector<int>& neighbors) {
-  std::vector<Pair> pairs;
-  const auto frames = [&](int fragment) {
-    return model.fragments[static_cast<std::size_t>(fragment)].pose.frame_count();
-  };
-  for (std::size_t k = 0; k < neighbors.size(); ++k) {
-    for (std::size_t l = k + 1; l < neighbors.size(); ++l) {
-      if (align::blendable(frames(neighbors[k]), frames(neighbors[l])))
-        pairs.push_back({neighbors[k], neighbors[l]});
-    }
-  }
-  return pairs;
-}
-
 /// z of a pair at alpha 0.
-Eigen::VectorXd features_of(const StyleModel& model, const Pair& pair) {
-  const auto i = static_cast<std::size_t>(pair.i);
-  const auto j = static_cast<std::size_t>(pair.j);
+Eigen::VectorXd features_of(const StyleModel& model, int fragment_i, int fragment_j) {
+  const auto i = static_cast<std::size_t>(fragment_i);
+  const auto j = static_cast<std::size_t>(fragment_j);
   const int factors = model.regressor.factor_count();
   return effort::style_features(model.coordinates[i], model.coordinates[j],
                                 effort::to_vector(*model.fragments[i].effort, factors),
@@ -65,7 +47,7 @@ std::vector<double> uniform_alphas(int samples, const AlphaRange& range) {
 }
 
 /// A candidate at the samples of alpha.
-struct Sampled {
+struct Candidate {
   Eigen::Index index = 0;
   std::vector<double> costs;
   double hope = 0.0;  ///< the least cost that there may be between samples
@@ -73,11 +55,11 @@ struct Sampled {
 
 /// @param curve   predictions at each sample.
 /// @param errors  their standard errors.
-Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::MatrixXd>& curve,
-                const effort::EffortMatrix& errors, const BlendCost& cost) {
+Candidate candidate_of(Eigen::Index index, const Eigen::Ref<const Eigen::MatrixXd>& curve,
+                       const effort::EffortMatrix& errors, const BlendCost& cost) {
   // Between samples a curve may bend, but hardly moves so much more than from sample to sample.
   constexpr double kMostBend = 1.5;
-  Sampled candidate{index, {}, 0.0};
+  Candidate candidate{index, {}, 0.0};
   for (Eigen::Index m = 0; m < curve.cols(); ++m)
     candidate.costs.push_back(cost(curve.col(m), errors.col(m)));
   const auto best = std::min_element(candidate.costs.begin(), candidate.costs.end());
@@ -90,6 +72,23 @@ Sampled sampled(Eigen::Index index, const Eigen::Ref<const Eigen::MatrixXd>& cur
   }
   candidate.hope = std::max(0.0, *best - kMostBend * step);
   return candidate;
+}
+
+/// The best of a candidate's blends near its best sample, as the regressor predicts them.
+FoundBlend refined(const StyleModel& model, Eigen::VectorXd z, std::span<const double> alphas,
+                   const Candidate& candidate, const BlendCost& cost,
+                   const SearchOptions& options) {
+  effort::StyleScratch scratch;
+  const auto predict = [&](double alpha) -> effort::EffortVector {
+    z[z.size() - 1] = alpha;
+    return model.regressor.predict(z, scratch).col(0);
+  };
+  const auto cost_at = [&](double alpha) {
+    return cost(predict(alpha), model.regressor.typical_errors(std::span(&alpha, 1)).col(0));
+  };
+  const math::Minimum found =
+      math::refine_best_sample(cost_at, alphas, candidate.costs, options.alpha_tolerance);
+  return {candidate.index, found.x, predict(found.x), found.value};
 }
 
 }  // namespace
@@ -148,7 +147,7 @@ std::vector<std::string> SearchOptions::problems() const {
 
 effort::EffortMatrix effort_curve(const StyleModel& model, int fragment_i, int fragment_j,
                                   const std::vector<double>& alphas) {
-  const Eigen::VectorXd z = features_of(model, {fragment_i, fragment_j});
+  const Eigen::VectorXd z = features_of(model, fragment_i, fragment_j);
   effort::StyleScratch scratch;
   return model.regressor.predict_curves(z.head(z.size() - 1), alphas, scratch);
 }
@@ -156,7 +155,7 @@ effort::EffortMatrix effort_curve(const StyleModel& model, int fragment_i, int f
 std::optional<effort::StylePrediction> effort_curve_with_error(const StyleModel& model,
                                                                int fragment_i, int fragment_j,
                                                                const std::vector<double>& alphas) {
-  Eigen::MatrixXd z = features_of(model, {fragment_i, fragment_j})
+  Eigen::MatrixXd z = features_of(model, fragment_i, fragment_j)
                           .replicate(1, static_cast<Eigen::Index>(alphas.size()));
   z.bottomRows(1) =
       Eigen::Map<const Eigen::RowVectorXd>(alphas.data(), static_cast<Eigen::Index>(alphas.size()));
@@ -201,65 +200,91 @@ BlendCost::Missed BlendCost::missed(const effort::EffortVector& predicted,
   return all;
 }
 
-std::optional<FoundBlend> find_blend(const StyleModel& model, const Eigen::MatrixXd& z,
-                                     const EffortTarget& target, const SearchOptions& options,
-                                     Reachable& reachable, const AlphaRange& range) {
-  if (z.cols() == 0) return std::nullopt;
-  const BlendCost cost(target, options, model.regressor.factor_count());
-  const std::vector<double> alphas = uniform_alphas(options.samples, range);
+SampledBlends sample_blends(const StyleModel& model, Eigen::MatrixXd z, int samples,
+                            const AlphaRange& range) {
+  SampledBlends sampled{std::move(z), uniform_alphas(samples, range), {}, {}};
   effort::StyleScratch scratch;
-  const effort::EffortMatrix curves =
-      model.regressor.predict_curves(z.topRows(z.rows() - 1), alphas, scratch);
-  const effort::EffortMatrix errors = model.regressor.typical_errors(alphas);
-  std::vector<Sampled> candidates;
-  for (Eigen::Index p = 0; p < z.cols(); ++p) {
-    for (Eigen::Index m = 0; m < options.samples; ++m)
-      extend(reachable, curves.col(p * options.samples + m));
-    candidates.push_back(
-        sampled(p, curves.middleCols(p * options.samples, options.samples), errors, cost));
-  }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Sampled& a, const Sampled& b) { return a.hope < b.hope; });
-  FoundBlend best;
-  best.cost = std::numeric_limits<double>::infinity();
-  Eigen::VectorXd point(z.rows());
-  for (const Sampled& candidate : candidates) {
-    if (candidate.hope >= best.cost) break;
-    const auto predict = [&](double alpha) -> effort::EffortVector {
-      point = z.col(candidate.index);
-      point[point.size() - 1] = alpha;
-      return model.regressor.predict(point, scratch).col(0);
-    };
-    const auto cost_at = [&](double alpha) {
-      return cost(predict(alpha), model.regressor.typical_errors(std::span(&alpha, 1)).col(0));
-    };
-    const math::Minimum found =
-        math::refine_best_sample(cost_at, alphas, candidate.costs, options.alpha_tolerance);
-    if (found.value < best.cost) best = {candidate.index, found.x, predict(found.x), found.value};
-  }
-  extend(reachable, best.predicted);
-  return best;
+  sampled.curves = model.regressor.predict_curves(
+      sampled.features.topRows(sampled.features.rows() - 1), sampled.alphas, scratch);
+  sampled.errors = model.regressor.typical_errors(sampled.alphas);
+  return sampled;
 }
 
-BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarget& target,
-                         const SearchOptions& options) {
-  base::require_none(target.problems());
+std::optional<FoundBlend> find_blend(const StyleModel& model, const SampledBlends& sampled,
+                                     const EffortTarget& target, const SearchOptions& options,
+                                     Reachable& reachable) {
+  const Eigen::Index count = sampled.features.cols();
+  if (count == 0) return std::nullopt;
+  const BlendCost cost(target, options, model.regressor.factor_count());
+  const std::vector<double>& alphas = sampled.alphas;
+  const Eigen::Index samples = std::ssize(alphas);
+  const auto curve_of = [&](Eigen::Index p) {
+    return sampled.curves.middleCols(p * samples, samples);
+  };
+  for (Eigen::Index c = 0; c < sampled.curves.cols(); ++c) extend(reachable, sampled.curves.col(c));
+  std::vector<Candidate> candidates;
+  for (Eigen::Index p = 0; p < count; ++p)
+    candidates.push_back(candidate_of(p, curve_of(p), sampled.errors, cost));
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.hope < b.hope; });
+  // Which candidate is best is told by the curves between samples; it is then looked for where it
+  // lies by the regressor itself.
+  const double per_sample = (alphas.back() - alphas.front()) / static_cast<double>(samples - 1);
+  const Candidate* best = nullptr;
+  double least = math::kInfinity;
+  for (const Candidate& candidate : candidates) {
+    if (candidate.hope >= least) break;
+    const auto cost_at = [&](double alpha) {
+      const double sample = (alpha - alphas.front()) / per_sample;
+      return cost(math::interpolate(curve_of(candidate.index), sample),
+                  math::interpolate(sampled.errors, sample));
+    };
+    const double value =
+        math::refine_best_sample(cost_at, alphas, candidate.costs, options.alpha_tolerance).value;
+    if (value >= least) continue;
+    least = value;
+    best = &candidate;
+  }
+  const FoundBlend found =
+      refined(model, sampled.features.col(best->index), alphas, *best, cost, options);
+  extend(reachable, found.predicted);
+  return found;
+}
+
+BlendSearch::BlendSearch(const StyleModel& model, int fragment, const SearchOptions& options)
+    : model_(&model), options_(options) {
   base::require_none(options.problems());
   if (fragment < 0 || fragment >= static_cast<int>(model.fragments.size())) {
     throw Error(ErrorKind::kUsage,
                 "search_blend: there is no fragment " + std::to_string(fragment));
   }
-  require_known(model, target);
-  std::vector<int> neighbors = model.neighbors[static_cast<std::size_t>(fragment)];
-  neighbors.resize(std::min(neighbors.size(), static_cast<std::size_t>(options.neighbors)));
+  neighbors_ = model.neighbors[static_cast<std::size_t>(fragment)];
+  neighbors_.resize(std::min(neighbors_.size(), static_cast<std::size_t>(options.neighbors)));
+  const auto frames = [&](int known) {
+    return model.fragments[static_cast<std::size_t>(known)].pose.frame_count();
+  };
+  for (std::size_t k = 0; k < neighbors_.size(); ++k) {
+    for (std::size_t l = k + 1; l < neighbors_.size(); ++l) {
+      if (align::blendable(frames(neighbors_[k]), frames(neighbors_[l])))
+        pairs_.push_back({neighbors_[k], neighbors_[l]});
+    }
+  }
+  Eigen::MatrixXd z(model.regressor.feature_rows(), std::ssize(pairs_));
+  for (std::size_t p = 0; p < pairs_.size(); ++p)
+    z.col(static_cast<Eigen::Index>(p)) = features_of(model, pairs_[p].i, pairs_[p].j);
+  sampled_ = sample_blends(model, std::move(z), options.samples);
+}
 
-  const int factors = model.regressor.factor_count();
+BlendChoice BlendSearch::best(const EffortTarget& target) const {
+  base::require_none(target.problems());
+  require_known(*model_, target);
+  const int factors = model_->regressor.factor_count();
   Reachable reachable(static_cast<std::size_t>(factors), {math::kInfinity, -math::kInfinity});
-  const BlendCost cost(target, options, model.regressor.factor_count());
+  const BlendCost cost(target, options_, factors);
   BlendChoice best;
   double least = math::kInfinity;
-  for (const int k : neighbors) {
-    const effort::Effort label = *model.fragments[static_cast<std::size_t>(k)].effort;
+  for (const int k : neighbors_) {
+    const effort::Effort label = *model_->fragments[static_cast<std::size_t>(k)].effort;
     const effort::EffortVector e = effort::to_vector(label, factors);
     extend(reachable, e);
     const double own = cost(e, effort::EffortVector::Zero(factors));
@@ -268,14 +293,10 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
       best = {k, k, 0.0, label, target.distance_to(e), {}, {}, {}};
     }
   }
-  const std::vector<Pair> pairs = pairs_among(model, neighbors);
-  Eigen::MatrixXd z(model.regressor.feature_rows(), std::ssize(pairs));
-  for (std::size_t p = 0; p < pairs.size(); ++p)
-    z.col(static_cast<Eigen::Index>(p)) = features_of(model, pairs[p]);
-  if (const auto found = find_blend(model, z, target, options, reachable)) {
-    Eigen::VectorXd features = z.col(found->candidate);
+  if (const auto found = find_blend(*model_, sampled_, target, options_, reachable)) {
+    Eigen::VectorXd features = sampled_.features.col(found->candidate);
     features[features.size() - 1] = found->alpha;
-    const Pair& pair = pairs[static_cast<std::size_t>(found->candidate)];
+    const Pair& pair = pairs_[static_cast<std::size_t>(found->candidate)];
     BlendChoice blend{pair.i,
                       pair.j,
                       found->alpha,
@@ -286,8 +307,8 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
                       std::move(features)};
     const double nearest = std::min(best.distance, blend.distance);
     BlendChoice more;
-    if (options.way > 2 && nearest > kMissedBy)
-      more = blend_further(model, neighbors, blend, target, options, reachable);
+    if (options_.way > 2 && nearest > kMissedBy)
+      more = blend_further(*model_, neighbors_, blend, target, options_, reachable);
     if (!more.further.empty() && more.distance < nearest - kLeastGain) {
       best = std::move(more);
     } else if (found->cost < least) {
@@ -296,6 +317,12 @@ BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarg
   }
   best.reachable = reachable;
   return best;
+}
+
+BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarget& target,
+                         const SearchOptions& options) {
+  base::require_none(target.problems());
+  return BlendSearch(model, fragment, options).best(target);
 }
 
 std::vector<std::optional<effort::Effort>> standard_errors(const StyleModel& model,

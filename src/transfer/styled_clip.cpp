@@ -60,41 +60,6 @@ motion::Clip own_frames(const AppliedSnippet& snippet, const motion::Clip& input
   return input.slice(begin, end);
 }
 
-/// What an output is made of, and each one's share of it.
-struct Sources {
-  std::vector<motion::Clip> clips;
-  std::vector<double> shares;
-};
-
-Sources play_sources(const StyleModel& model, const AppliedStyle& applied,
-                     const motion::Capture& input) {
-  Sources sources;
-  std::map<int, std::size_t> place_of;  // of fragments
-  for (const AppliedSnippet& snippet : applied.snippets) {
-    std::vector<std::size_t> places;
-    if (snippet.own_share > 0.0) {
-      places.push_back(sources.clips.size());
-      sources.clips.push_back(own_frames(snippet, input.clip, applied.pose.frame_rate_hz));
-    }
-    if (!snippet.kept) {
-      for (const BlendShare& share : snippet.choice.shares()) {
-        const auto [place, is_new] = place_of.emplace(share.fragment, sources.clips.size());
-        places.push_back(place->second);
-        if (!is_new) continue;
-        sources.clips.push_back(
-            play_fragment(model.fragments[static_cast<std::size_t>(share.fragment)].pose, input));
-      }
-    }
-    sources.shares.resize(sources.clips.size(), 0.0);
-    const double frames = snippet.output_end - snippet.output_begin;
-    for (const std::size_t place : places) {
-      sources.shares[place] +=
-          frames / (static_cast<double>(places.size()) * applied.pose.frame_count());
-    }
-  }
-  return sources;
-}
-
 std::optional<motion::FootFloor> mean_floor(const std::vector<motion::Clip>& clips,
                                             const motion::Humanoid& humanoid) {
   motion::FootFloor mean;
@@ -122,6 +87,36 @@ std::vector<int> joins_of(const AppliedStyle& applied, double rate_hz, int frame
 
 }  // namespace
 
+StyledSources play_sources(const StyleModel& model, const AppliedStyle& applied,
+                           const motion::Capture& input) {
+  StyledSources sources;
+  std::map<int, std::size_t> place_of;  // of fragments
+  for (const AppliedSnippet& snippet : applied.snippets) {
+    std::vector<std::size_t> places;
+    if (snippet.own_share > 0.0) {
+      places.push_back(sources.clips.size());
+      sources.clips.push_back(own_frames(snippet, input.clip, applied.pose.frame_rate_hz));
+    }
+    if (!snippet.kept) {
+      for (const BlendShare& share : snippet.choice.shares()) {
+        const auto [place, is_new] = place_of.emplace(share.fragment, sources.clips.size());
+        places.push_back(place->second);
+        if (!is_new) continue;
+        sources.clips.push_back(
+            play_fragment(model.fragments[static_cast<std::size_t>(share.fragment)].pose, input));
+      }
+    }
+    sources.shares.resize(sources.clips.size(), 0.0);
+    const double frames = snippet.output_end - snippet.output_begin;
+    for (const std::size_t place : places) {
+      sources.shares[place] +=
+          frames / (static_cast<double>(places.size()) * applied.pose.frame_count());
+    }
+  }
+  sources.floor = mean_floor(sources.clips, input.humanoid);
+  return sources;
+}
+
 StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
                       const motion::Capture& input, const StyledClipOptions& options) {
   const double rate_hz = input.clip.frame_rate_hz();
@@ -131,23 +126,18 @@ StyledClip play_style(const StyleModel& model, const AppliedStyle& applied,
   const motion::PoseMatrix pose =
       every_frame ? applied.pose : motion::sample(applied.pose, played, rate_hz);
   const std::vector<double> frames = source_frames(applied, played, rate_hz);
-  Sources sources = play_sources(model, applied, input);
   StyledClip styled{
       motion::from_pose_matrix(pose, input.humanoid, input.clip, {frames, std::nullopt}),
       frames,
       joins_of(applied, rate_hz, pose.frame_count()),
       std::nullopt,
-      std::nullopt,
-      std::move(sources.clips),
-      std::move(sources.shares),
       0,
       0,
       0.0};
-  styled.source_floor = mean_floor(styled.sources, input.humanoid);
-  styled.floor = styled.source_floor;
+  if (options.hold_feet)
+    styled.floor = motion::find_foot_contacts(input.clip, input.humanoid).floor;
+  if (!styled.floor) styled.floor = play_sources(model, applied, input).floor;
   if (!options.hold_feet || !styled.floor) return styled;
-  const auto own = motion::find_foot_contacts(input.clip, input.humanoid).floor;
-  if (own) styled.floor = own;
   motion::FootLockOptions lock;
   lock.floor = styled.floor;
   lock.joins = styled.joins;
@@ -191,24 +181,25 @@ std::optional<double> content_ratio(const StyleModel& model, const AppliedStyle&
   return frames > 0.0 ? std::optional(sum / frames) : std::nullopt;
 }
 
-StyledQuality measure_styled(const StyledClip& styled, const motion::Humanoid& humanoid) {
+StyledQuality measure_styled(const StyledClip& styled, const StyledSources& sources,
+                             const motion::Humanoid& humanoid) {
   const motion::FootFloor floor = styled.floor.value_or(motion::FootFloor{});
   StyledQuality quality;
   quality.output = motion::measure_quality(styled.clip, humanoid, floor);
-  std::vector<motion::MotionQuality> sources;
-  for (std::size_t n = 0; n < styled.sources.size(); ++n) {
-    const motion::Clip& clip = styled.sources[n];
+  std::vector<motion::MotionQuality> measured;
+  for (std::size_t n = 0; n < sources.clips.size(); ++n) {
+    const motion::Clip& clip = sources.clips[n];
     const auto own = motion::find_foot_contacts(clip, humanoid).floor;
-    sources.push_back(motion::measure_quality(clip, humanoid, own.value_or(floor)));
-    const double share = styled.source_shares[n];
-    quality.source_skate_cm += share * sources.back().foot_skate_cm;
-    quality.source_toe_height_m += share * sources.back().toe_height_m;
-    quality.source_spectral_arc_length += share * sources.back().spectral_arc_length;
-    quality.source_jerk_m_s3 += share * std::pow(sources.back().jerk_m_s3, 2);
+    measured.push_back(motion::measure_quality(clip, humanoid, own.value_or(floor)));
+    const double share = sources.shares[n];
+    quality.source_skate_cm += share * measured.back().foot_skate_cm;
+    quality.source_toe_height_m += share * measured.back().toe_height_m;
+    quality.source_spectral_arc_length += share * measured.back().spectral_arc_length;
+    quality.source_jerk_m_s3 += share * std::pow(measured.back().jerk_m_s3, 2);
   }
   quality.source_jerk_m_s3 = std::sqrt(quality.source_jerk_m_s3);
   quality.join_percentile =
-      motion::join_acceleration_percentile(quality.output, styled.joins, sources);
+      motion::join_acceleration_percentile(quality.output, styled.joins, measured);
   return quality;
 }
 

@@ -42,8 +42,8 @@ std::vector<double> frames_beside(const motion::PoseMatrix& pose, const motion::
   if (!align::blendable(pose.frame_count(), other.frame_count()))
     return evenly(pose.frame_count(), other.frame_count() - 1);
   std::vector<double> frames;
-  for (const align::WarpPoint& point : align_pair(pose, other, options).warp().sample(0.0))
-    frames.push_back(point.q);
+  const align::TimeWarp warp = align::warp_of_path(path_between(pose, other), options);
+  for (const align::WarpPoint& point : warp.sample(0.0)) frames.push_back(point.q);
   return frames;
 }
 

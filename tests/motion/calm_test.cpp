@@ -36,6 +36,16 @@ TEST(Calm, LeavesAMotionWithLittleJerkAsItIs) {
   EXPECT_EQ(calm_locally(pose, local_jerk_m_s3(pose)).angles, pose.angles);
 }
 
+TEST(Calm, JerkOfAMotionIsBothMeasures) {
+  for (const PoseMatrix& pose : {swinging(110, 130), swinging(0, 0).slice(0, 5)}) {
+    const Jerk jerk = jerk_of(pose);
+    EXPECT_GT(jerk.usual_m_s3, 0.0);
+    EXPECT_DOUBLE_EQ(jerk.usual_m_s3, rms_jerk_m_s3(pose));
+    EXPECT_NEAR(jerk.largest_m_s3, local_jerk_m_s3(pose).maxCoeff(), 1e-9 * jerk.largest_m_s3);
+  }
+  EXPECT_EQ(jerk_of(swinging(0, 0).slice(0, 3)).largest_m_s3, 0.0);
+}
+
 TEST(Calm, BringsJerkDownToTheLimitAndKeepsTheMovement) {
   const PoseMatrix pose = swinging(0, kFrames);
   const double most = 1.2 * rms_jerk_m_s3(swinging(0, 0));

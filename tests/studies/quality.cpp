@@ -359,6 +359,7 @@ struct Apply {
   const Input& input;
   const transfer::AppliedStyle& applied;
   transfer::StyledClip styled;
+  const transfer::StyledSources& sources;
   bool feet_held = false;
 };
 
@@ -386,9 +387,9 @@ void write_clips(const std::filesystem::path& folder, const std::string& name, c
   io::write_clip(folder / (stem + ".bvh"), apply.styled.clip, overwrite);
   if (apply.feet_held) return;
   io::write_clip(folder / (name + "_input.bvh"), apply.input.capture.clip, overwrite);
-  for (std::size_t n = 0; n < apply.styled.sources.size(); ++n) {
+  for (std::size_t n = 0; n < apply.sources.clips.size(); ++n) {
     io::write_clip(folder / (name + "_source_" + std::to_string(n) + ".bvh"),
-                   apply.styled.sources[n], overwrite);
+                   apply.sources.clips[n], overwrite);
   }
 }
 
@@ -396,13 +397,13 @@ Row measure(const transfer::StyleModel& model, const ActionNamer& namer, const A
             const motion::PoseMatrix& pose, const Captures& captures) {
   const transfer::StyledClip& styled = apply.styled;
   Row row;
-  row.quality = transfer::measure_styled(styled, apply.input.capture.humanoid);
+  row.quality = transfer::measure_styled(styled, apply.sources, apply.input.capture.humanoid);
   row.joins = static_cast<int>(styled.joins.size());
   row.content_ratio = transfer::content_ratio(model, apply.applied, pose);
   count_named(model, namer, apply.applied, row);
-  if (styled.floor && styled.source_floor) {
+  if (styled.floor && apply.sources.floor) {
     row.above_source_floor_m =
-        row.quality.output.toe_height_m + styled.floor->toe_m - styled.source_floor->toe_m;
+        row.quality.output.toe_height_m + styled.floor->toe_m - apply.sources.floor->toe_m;
   }
   row.quality.join_percentile =
       motion::join_acceleration_percentile(row.quality.output, styled.joins, captures.qualities);
@@ -427,10 +428,11 @@ void run(const Study& study) {
         motion::to_pose_matrix(input.capture.clip, input.capture.humanoid), model.frame_rate_hz());
     for (std::size_t t = 0; t < targets().size(); ++t) {
       const transfer::AppliedStyle applied = transfer::apply_style(model, pose, targets()[t]);
+      const transfer::StyledSources sources = transfer::play_sources(model, applied, input.capture);
       for (const bool hold_feet : {false, true}) {
         const Apply apply{
             input, applied,
-            transfer::play_style(model, applied, input.capture, {.hold_feet = hold_feet}),
+            transfer::play_style(model, applied, input.capture, {.hold_feet = hold_feet}), sources,
             hold_feet};
         const Row row = measure(model, namer, apply, pose, captures);
         print_apply(apply, row);

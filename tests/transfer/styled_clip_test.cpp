@@ -114,11 +114,11 @@ TEST(StyledClip, ContactsGoWithTheMotion) {
 
 TEST(StyledClip, IsMeasuredBesideItsSources) {
   const StyledClip styled = play_style(test::toy_model(), applied(), input_capture());
-  EXPECT_FALSE(styled.sources.empty());
-  ASSERT_EQ(styled.source_shares.size(), styled.sources.size());
-  EXPECT_NEAR(std::accumulate(styled.source_shares.begin(), styled.source_shares.end(), 0.0), 1.0,
-              1e-9);
-  const StyledQuality quality = measure_styled(styled, input_capture().humanoid);
+  const StyledSources sources = play_sources(test::toy_model(), applied(), input_capture());
+  EXPECT_FALSE(sources.clips.empty());
+  ASSERT_EQ(sources.shares.size(), sources.clips.size());
+  EXPECT_NEAR(std::accumulate(sources.shares.begin(), sources.shares.end(), 0.0), 1.0, 1e-9);
+  const StyledQuality quality = measure_styled(styled, sources, input_capture().humanoid);
   EXPECT_GT(quality.source_jerk_m_s3, 0.0);
   const auto content = content_ratio(test::toy_model(), applied(), input_pose());
   ASSERT_TRUE(content.has_value());

@@ -202,5 +202,29 @@ TEST(Restyle, WhereACurveAsksNothingTheInputIsKept) {
   EXPECT_GE(untouched, segmented.snippets.front().end - 48) << segmented.snippets.front().end;
 }
 
+// What a memory knows from other targets, and other searches, changes nothing.
+TEST(PlayMemory, GivesWhatAFreshOneGives) {
+  const StyleModel& model = test::toy_model();
+  const SegmentedInput segmented = segment_input(model, two_actions());
+  PlayMemory memory(model);
+  for (const int neighbors : {25, 3, 25}) {
+    ApplyOptions options;
+    options.search.neighbors = neighbors;
+    for (const double weight : {-1.0, 0.5, 1.0, -1.0}) {
+      const AskedEffort asked{
+          {{std::nullopt, weight, 0.2}, {1.0, 1.0, 1.0, 1.0}}, {}, std::nullopt};
+      const AppliedStyle again = restyle(memory, segmented, asked, options);
+      const AppliedStyle fresh = restyle(model, segmented, asked, options);
+      EXPECT_EQ(again.pose.angles, fresh.pose.angles);
+      EXPECT_EQ(again.pose.steps, fresh.pose.steps);
+      ASSERT_EQ(again.snippets.size(), fresh.snippets.size());
+      for (std::size_t n = 0; n < fresh.snippets.size(); ++n) {
+        EXPECT_EQ(again.snippets[n].choice.alpha, fresh.snippets[n].choice.alpha);
+        EXPECT_EQ(again.snippets[n].measured.effort.time, fresh.snippets[n].measured.effort.time);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace laban::transfer

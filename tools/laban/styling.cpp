@@ -112,7 +112,8 @@ StyledFile style_file(const Styling& styling, const std::string& path, const Com
   transfer::StyledClip styled = transfer::play_style(model, applied, input.capture,
                                                      {.hold_feet = !styling.options.no_foot_fix});
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  const transfer::StyledQuality quality = transfer::measure_styled(styled, input.capture.humanoid);
+  const transfer::StyledQuality quality = transfer::measure_styled(
+      styled, transfer::play_sources(model, applied, input.capture), input.capture.humanoid);
   const std::optional<double> content = transfer::content_ratio(model, applied, pose);
   const double input_skate_cm = skate_over_own_floor_cm(input.capture);
   std::vector<transfer::BlendChoice> choices;

@@ -15,6 +15,13 @@ namespace laban::motion {
 /// third derivative of positions; F values, m/s^3.
 [[nodiscard]] Eigen::RowVectorXd local_jerk_m_s3(const PoseMatrix& pose);
 
+/// Both measures at once, for the price of one.
+struct Jerk {
+  double usual_m_s3 = 0.0;    ///< rms_jerk_m_s3
+  double largest_m_s3 = 0.0;  ///< of local_jerk_m_s3: at the worst moment
+};
+[[nodiscard]] Jerk jerk_of(const PoseMatrix& pose);
+
 /// The motion low-passed (angles, height, steps) by the highest cutoff, of a ladder from 14 down to
 /// 2 Hz, that brings its rms_jerk_m_s3 to `most` or less, or by the lowest; as it is if its jerk is
 /// no more.

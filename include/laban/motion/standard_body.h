@@ -20,4 +20,10 @@ inline constexpr double kStandardLegLengthM = 0.84;
 /// it does not depend on the performer's size. The root path begins at `start`.
 [[nodiscard]] Clip to_standard_clip(const PoseMatrix& pose, const PlanarPose& start = {});
 
+/// Where the standard joints are when a pose matrix plays on the standard body: 3 J x F, joint j in
+/// rows 3 j to 3 j + 2, metres. What joint_positions(to_standard_clip(..)) gives to round-off, in a
+/// fraction of the time.
+[[nodiscard]] Eigen::MatrixXd standard_joint_positions(const PoseMatrix& pose,
+                                                       const PlanarPose& start = {});
+
 }  // namespace laban::motion

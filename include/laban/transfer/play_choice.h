@@ -1,9 +1,12 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "laban/align/time_warp.h"
+#include "laban/motion/calm.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/pose_matrix.h"
 #include "laban/transfer/style_model.h"
@@ -29,14 +32,8 @@ struct PlayedChoice {
   std::vector<PlayedPart> parts;  ///< in the order of BlendChoice::shares
 };
 
-/// How a motion jerks, m/s^3 (motion/calm.h).
-struct Jerk {
-  double usual_m_s3 = 0.0;    ///< root mean square
-  double largest_m_s3 = 0.0;  ///< at its worst moment
-};
-
-/// What playing choices finds out about a model's fragments, for the calls to come: found once,
-/// when a choice first needs it. For one thread at a time.
+/// What choosing and playing blends finds out about a model's fragments, for the calls to come:
+/// found once, when it is first needed. For one thread at a time.
 class PlayMemory {
  public:
   /// @param model  must outlive this.
@@ -44,15 +41,21 @@ class PlayMemory {
 
   struct Known {
     motion::FootContacts contacts;
-    Jerk jerk;
+    motion::Jerk jerk;
   };
   /// Valid while this lives.
   const Known& of(int fragment);
+  /// path_between two fragments.
+  const std::vector<align::FramePair>& path(int fragment_i, int fragment_j);
+  /// The search around a fragment. Valid until one is asked for with other options.
+  const BlendSearch& search(int fragment, const SearchOptions& options);
   [[nodiscard]] const StyleModel& model() const noexcept { return *model_; }
 
  private:
   const StyleModel* model_;
   std::vector<std::optional<Known>> known_;  // one a fragment
+  std::map<std::pair<int, int>, std::vector<align::FramePair>> paths_;
+  std::map<int, BlendSearch> searches_;  // by fragment, all with the same options
 };
 
 /// The one way in which a choice becomes motion, for whoever plays or judges it: its fragments

@@ -63,10 +63,15 @@ struct Numbering {
 /// The pose matrices of the fragments.
 [[nodiscard]] std::vector<motion::PoseMatrix> poses_of(std::span<const Fragment> fragments);
 
-/// Aligns two clips of one content for blending: DTW of the joint angles, each relative to its own
-/// clip's mean pose (ours: a stoop would outweigh a wave, DESIGN 5), and the time warp of its path.
-/// It depends on the two clips alone, so a blend is the same whatever database it stands in.
-/// @throws Error{kData} if their lengths are not align::blendable or rates differ.
+/// Which frames of two clips of one content show the same moment: DTW of the joint angles, each
+/// relative to its own clip's mean pose (ours: a stoop would outweigh a wave, DESIGN 5). It depends
+/// on the two clips alone, so a blend is the same whatever database it stands in.
+/// @throws Error{kData} if their lengths are not align::blendable.
+[[nodiscard]] std::vector<align::FramePair> path_between(const motion::PoseMatrix& clip_i,
+                                                         const motion::PoseMatrix& clip_j);
+
+/// Aligns two clips of one content for blending, by the time warp of the path between them.
+/// @throws as path_between; Error{kData} if their rates differ.
 [[nodiscard]] blend::BlendPair align_pair(const motion::PoseMatrix& clip_i,
                                           const motion::PoseMatrix& clip_j,
                                           const align::TimeWarpOptions& warp = {});

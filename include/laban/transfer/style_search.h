@@ -51,6 +51,7 @@ struct SearchOptions {
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
+  [[nodiscard]] bool operator==(const SearchOptions&) const = default;
 };
 
 /// The least and greatest value of a factor among all candidates looked at.
@@ -141,5 +142,39 @@ inline constexpr double kLeastGain = 0.02;
 [[nodiscard]] BlendChoice search_blend(const StyleModel& model, int fragment,
                                        const EffortTarget& target,
                                        const SearchOptions& options = {});
+
+/// Blends of two and what is expected of them at samples of alpha, whatever the target.
+struct SampledBlends {
+  Eigen::MatrixXd features;     ///< D x P columns z; their alpha means nothing
+  std::vector<double> alphas;   ///< M, ascending
+  effort::EffortMatrix curves;  ///< F x P M predictions: blend p at alphas[m] is column p M + m
+  effort::EffortMatrix errors;  ///< F x M, their typical standard errors
+};
+
+/// search_blend for target after target: what does not hang on the target is found once. Immutable;
+/// safe to use from many threads.
+class BlendSearch {
+ public:
+  /// @param model  must outlive this.
+  /// @throws Error{kUsage} if options have problems or there is no such fragment.
+  BlendSearch(const StyleModel& model, int fragment, const SearchOptions& options = {});
+
+  /// @throws Error{kUsage} if the target has problems or asks Space of a model that does not know
+  ///         it.
+  [[nodiscard]] BlendChoice best(const EffortTarget& target) const;
+  [[nodiscard]] const SearchOptions& options() const noexcept { return options_; }
+
+ private:
+  struct Pair {
+    int i = 0;
+    int j = 0;
+  };
+
+  const StyleModel* model_;
+  SearchOptions options_;
+  std::vector<int> neighbors_;
+  std::vector<Pair> pairs_;
+  SampledBlends sampled_;  ///< of the pairs
+};
 
 }  // namespace laban::transfer

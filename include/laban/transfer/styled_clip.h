@@ -22,18 +22,10 @@ struct StyledClip {
   /// For each frame the (fractional) frame of the input's clip that shows the same moment.
   std::vector<double> source_frames;
   std::vector<int> joins;  ///< first frames of what follows a join
-  /// Where the feet of the source fragments stand when played on this rig: the mean of their own
-  /// floors; nullopt if none ever touches the ground.
-  std::optional<motion::FootFloor> source_floor;
   /// Where the feet are to stand. Held, on the floor that the input stands on (in its scene, which
-  /// no fragment knows), if it ever does; else where those of the sources do.
+  /// no fragment knows), if it ever does; else where those of the sources do
+  /// (StyledSources::floor).
   std::optional<motion::FootFloor> floor;
-  /// The fragments that the motion is made of (what was kept as captured among them), each once, as
-  /// played on this rig: what the output is compared with.
-  std::vector<motion::Clip> sources;
-  /// How much of the output is made of each source: its frames' share, divided equally among what
-  /// is blended there; they sum to 1.
-  std::vector<double> source_shares;
   int foot_stances = 0;          ///< held; 0 without hold_feet
   int foot_steps = 0;            ///< taken at joins
   double farthest_foot_m = 0.0;  ///< that a foot was moved
@@ -46,6 +38,19 @@ struct StyledClip {
                                     const motion::Capture& input,
                                     const StyledClipOptions& options = {});
 
+/// What a styled motion is made of, as the input's rig plays it: what the output is compared with.
+struct StyledSources {
+  /// The fragments, each once, and what was kept as captured.
+  std::vector<motion::Clip> clips;
+  /// How much of the output is made of each: its frames' share, divided equally among what is
+  /// blended there; they sum to 1.
+  std::vector<double> shares;
+  /// Where their feet stand: the mean of their own floors; nullopt if none ever touches the ground.
+  std::optional<motion::FootFloor> floor;
+};
+[[nodiscard]] StyledSources play_sources(const StyleModel& model, const AppliedStyle& applied,
+                                         const motion::Capture& input);
+
 /// How good a styled clip is beside its sources (DESIGN 7). Means over the sources count each by
 /// its share of the output.
 struct StyledQuality {
@@ -57,6 +62,9 @@ struct StyledQuality {
   /// Percentile of the worst join's acceleration inside the sources; nullopt without a join.
   std::optional<double> join_percentile;
 };
+
+[[nodiscard]] StyledQuality measure_styled(const StyledClip& styled, const StyledSources& sources,
+                                           const motion::Humanoid& humanoid);
 
 /// Content kept (DESIGN 7): mean DTW cost of each snippet's output to its input, each relative to
 /// its own mean pose, under the model's metric, divided by the median cost inside its content
@@ -73,8 +81,5 @@ struct StyledQuality {
                                                   const motion::PoseMatrix& pose,
                                                   const motion::PoseMatrix& other,
                                                   const std::string& content);
-
-[[nodiscard]] StyledQuality measure_styled(const StyledClip& styled,
-                                           const motion::Humanoid& humanoid);
 
 }  // namespace laban::transfer
