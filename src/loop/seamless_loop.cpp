@@ -66,6 +66,7 @@ void close_round(const Round& round, Frames& frames) {
     frame.rotations[0] =
         (math::yaw_rotation(-share * round.turn) * frame.rotations[0]).normalized();
     frame.hips -= share * round.travel;
+    frame.added_steps.colwise() -= round.travel / round.frames;
   }
 }
 
@@ -145,9 +146,10 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
   const double rate_hz = capture.clip.frame_rate_hz();
   const BodyRows rows(capture.clip.skeleton(), capture.humanoid);
   const Sewable sewn = sewable(capture, rows);
-  const SewnSeam seam =
-      find_seams({rows, sewn.frames, sewn.frames, rate_hz, sewn.usual, &capture}, options.seam, 1)
-          .front();
+  const SewnSeam seam = find_seams({rows, sewn.frames, sewn.frames, rate_hz, sewn.usual, capture,
+                                    sewn.contacts.floor, options.hold_feet},
+                                   options.seam, 1)
+                            .front();
   const int in_end = seam.found.in_begin + seam.found.frames;
   Frames frames(sewn.frames.begin() + in_end, sewn.frames.begin() + seam.found.out_begin);
   const int seam_begin = static_cast<int>(frames.size());
@@ -203,8 +205,11 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
   UsualMotion usual = a.usual;
   usual.speed_m_s = std::max(usual.speed_m_s, b.usual.speed_m_s);
   usual.acceleration_m_s2 = std::max(usual.acceleration_m_s2, b.usual.acceleration_m_s2);
+  const auto floor = a.contacts.floor ? a.contacts.floor : b.contacts.floor;
   const SewnSeam seam =
-      find_seams({rows, a.frames, b.frames, rate_hz, usual, &first}, options.seam, 1).front();
+      find_seams({rows, a.frames, b.frames, rate_hz, usual, first, floor, options.hold_feet},
+                 options.seam, 1)
+          .front();
   Frames frames(a.frames.begin(), a.frames.begin() + seam.found.out_begin);
   frames.insert(frames.end(), seam.frames.begin(), seam.frames.end());
   const int in_end = seam.found.in_begin + seam.found.frames;
@@ -219,7 +224,6 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
     frames[static_cast<std::size_t>(frame)].source_frame = seam.found.out_begin;
   }
   HeldFrames held{frames, 0};
-  const auto floor = a.contacts.floor ? a.contacts.floor : b.contacts.floor;
   if (options.hold_feet && floor) {
     held = hold_feet(frames, rows, first, *floor, {seam.found.out_begin + seam.join}, true);
   }

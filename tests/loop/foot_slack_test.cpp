@@ -31,7 +31,7 @@ class FeetOverASeam : public ::testing::Test {
     incoming = outgoing;
     for (BodyFrame& frame : incoming) frame.move({0.0, Eigen::Vector3d(kApartM, 0.0, 0.0)});
     window = join_window(rows, outgoing, incoming, {.blend_frames = kBlend});
-    over = feet_over_seam(rows, outgoing, incoming, window, kBlend, rate());
+    over = feet_over_seam(rows, outgoing, incoming, window, kBlend, rate(), 0.0);
   }
   [[nodiscard]] double rate() const { return capture.clip.frame_rate_hz(); }
   [[nodiscard]] Eigen::Vector3d place(const BodyFrame& frame, int row) const {
@@ -83,7 +83,7 @@ TEST_F(FeetOverASeam, StandingFeetMakeUpForLessThanABlendWould) {
 
 TEST_F(FeetOverASeam, WhereTheMotionsAgreeFeetGoTheirWay) {
   const JoinedWindow same = join_window(rows, outgoing, outgoing, {.blend_frames = kBlend});
-  const FeetOverSeam feet = feet_over_seam(rows, outgoing, outgoing, same, kBlend, rate());
+  const FeetOverSeam feet = feet_over_seam(rows, outgoing, outgoing, same, kBlend, rate(), 0.0);
   EXPECT_NEAR(feet.slide_m, 0.0, 1e-9);
   for (int t = 0; t < kFrames; ++t) {
     EXPECT_LT(

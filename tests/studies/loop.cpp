@@ -21,6 +21,7 @@
 #include "laban/math/statistics.h"
 #include "laban/motion/motion_quality.h"
 
+#include "loop/foot_slack.h"
 #include "loop/held_feet.h"
 #include "loop/join_window.h"
 #include "loop/seam_search.h"
@@ -156,20 +157,29 @@ struct Totals {
 };
 
 void study_seams(const Study& study, const SeamOptions& options, Totals& totals) {
-  const SeamTask task{study.rows,   study.frames, study.frames,
-                      study.rate(), study.usual,  &study.capture};
+  const SeamTask task{study.rows,  study.frames,  study.frames,        study.rate(),
+                      study.usual, study.capture, study.contacts.floor};
   const std::vector<SewnSeam> seams = find_seams(task, options, 3);
   const double share = 1.0 / static_cast<double>(seams.size());
   std::map<std::string, Figures> figures;
   const SewnSeam ends = ends_of(study, seams.front().found.frames);
   figures["0 cross-fade of ends"].add(study.measure(ends, ends.frames, false), 1.0);
   for (const SewnSeam& seam : seams) {
+    std::printf(
+        "    seam %d -> %d, %d frames played in %d, worth %.4f, distance %.4f, rates %.2f %.2f\n",
+        seam.found.out_begin, seam.found.in_begin, seam.found.frames, seam.found.played_frames,
+        seam.worth_m, seam.found.distance_m, seam.found.speed_ratio, seam.found.acceleration_ratio);
     const auto out = study.frames.begin() + seam.found.out_begin;
     const auto in = study.frames.begin() + seam.found.in_begin;
     const Frames outgoing(out, out + seam.found.frames);
     Frames incoming(in, in + seam.found.frames);
     for (BodyFrame& frame : incoming) frame.move(seam.outgoing_from_incoming);
-    const Frames faded = cross_fade(outgoing, incoming);
+    Frames faded = cross_fade(outgoing, incoming);
+    Eigen::VectorXd shares(std::ssize(faded) - 1);
+    for (Eigen::Index t = 0; t < shares.size(); ++t) {
+      shares[t] = blend_weight(static_cast<double>(t) - 0.5, static_cast<double>(shares.size()));
+    }
+    note_added_steps(study.rows, outgoing, incoming, {shares, shares}, faded);
     SewnSeam middle = seam;
     middle.join = seam.found.frames / 2;
     figures["1 cross-fade"].add(study.measure(middle, faded, false), share);
@@ -189,7 +199,10 @@ void study_seams(const Study& study, const SeamOptions& options, Totals& totals)
 
 /// Greatest rate within two frames of a seam's overlap and of each turn, and skate of all.
 void study_output(const Study& study) {
-  EndlessLoop endless(study.capture, {});
+  LoopOptions lo;
+  lo.hold_feet = !std::getenv("NOHOLD");
+  lo.turns = !std::getenv("NOTURNS");
+  EndlessLoop endless(study.capture, lo);
   constexpr int kFrames = 1700;
   const LoopedClip looped = endless.next(kFrames);
   std::map<int, int> shown;
@@ -250,7 +263,7 @@ void study_output(const Study& study) {
       seam_speed / study.usual.speed_m_s, seam_acceleration / study.usual.acceleration_m_s2,
       endless.turning().points.size(), turn_acceleration / study.usual.acceleration_m_s2,
       quality(looped.clip), quality(study.capture.clip));
-  const SeamlessLoop round = seamless_loop(study.capture);
+  const SeamlessLoop round = seamless_loop(study.capture, lo);
   std::printf("  seamless: %d frames, %s; skate %.3f\n", round.clip.frame_count(),
               round.closed ? "closed" : "travels", quality(round.clip));
 }
