@@ -20,7 +20,7 @@ namespace {
 constexpr double kNoSkateCm = 0.01;
 constexpr double kNearCm = 0.1;
 // How fast led feet go back to where they were blended: hardly, in a stride, at once.
-constexpr std::array kPullsPerS = {1.0, 10.0, 25.0};
+constexpr std::array kPullsPerS = {1.0, 10.0, 20.0, 40.0};
 // What is held beside a seam to judge it, seconds.
 constexpr double kHeldBesideS = 0.75;
 // What shows how legs bend, seconds on either side of a seam.

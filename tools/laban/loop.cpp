@@ -77,11 +77,14 @@ Json to_json(const loop::FoundSeam& seam) {
 }
 
 std::string to_text(const loop::FoundSeam& seam) {
+  const std::string slower = seam.played_frames == seam.frames
+                                 ? ""
+                                 : fmt::format(", played in {} frames", seam.played_frames);
   return fmt::format(
-      "frames {} to {} into {} to {}, {:.3f} m apart; speed {:.2f}, acceleration {:.2f} of the "
+      "frames {} to {} into {} to {}{}, {:.3f} m apart; speed {:.2f}, acceleration {:.2f} of the "
       "captured 99th percentile",
       seam.out_begin, seam.out_begin + seam.frames, seam.in_begin, seam.in_begin + seam.frames,
-      seam.distance_m, seam.speed_ratio, seam.acceleration_ratio);
+      slower, seam.distance_m, seam.speed_ratio, seam.acceleration_ratio);
 }
 
 Json to_json(const SeamChoices& choices) {
