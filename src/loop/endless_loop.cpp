@@ -113,7 +113,7 @@ PlaybackPlan plan_of(int frame_count, const Turning& turning, const std::vector<
 
 std::vector<std::string> SeamOptions::problems() const {
   std::vector<std::string> found;
-  const auto check_number = [&](bool good, const char* name, double value, const char* rule) {
+  const auto check_number = [&](bool good, const char* name, auto value, const char* rule) {
     if (!good) {
       found.push_back(std::string("SeamOptions::") + name + " = " + std::to_string(value) +
                       " (must be " + rule + ")");

@@ -132,7 +132,9 @@ SeamFigures SeamJudge::figures(const SewnSeam& seam, bool held) const {
   }
   const auto begin = around.frames.begin() + around.first;
   const std::vector<BodyFrame> overlap(begin, begin + seam.found.played_frames);
+  const RateRatios rates = rate_ratios(task_, around, seam.found.played_frames);
   SeamFigures found;
+  found.rate_ratio = std::max(rates.speed, rates.acceleration);
   if (task_.floor) {
     const motion::Clip clip = to_clip(overlap, task_.rows, task_.rig.clip);
     found.skate_cm =
@@ -157,14 +159,15 @@ void lead_feet(const SeamTask& task, const SeamJudge& judge, const JoinWindowOpt
   const SeamFigures plain = judge.figures(faded, false);
   std::optional<SewnSeam> best;
   double least = 0.0;
-  double quickest = 1.0;  // that may be taken
+  double quickness = 0.0;
   const auto consider = [&](SewnSeam seam) {
     note_added(task, candidate, seam);
     calm(task, seam);
-    if (!best) quickest = std::max(1.0, excess(seam));
-    if (excess(seam) > quickest) return;
-    const double weight = weight_of(judge.figures(seam, task.holds_feet), plain);
-    if (best && weight >= least) return;
+    const SeamFigures figures = judge.figures(seam, task.holds_feet);
+    const double quick = std::max(1.0, figures.rate_ratio);
+    const double weight = weight_of(figures, plain);
+    if (best && (quick > quickness || (quick == quickness && weight >= least))) return;
+    quickness = quick;
     least = weight;
     best = std::move(seam);
   };

@@ -22,6 +22,9 @@ struct SeamFigures {
   double skate_cm = 0.0;    ///< motion::foot_skate_cm
   double nearest_cm = 0.0;  ///< mean over frames of the rms distance of the standard joints to the
                             ///< nearest captured frame, as seen from the body
+  /// Greatest rms speed or acceleration in the overlap and two frames on either side, in the
+  /// captures' 99th percentiles.
+  double rate_ratio = 0.0;
 };
 
 /// Judges seams among their captured frames.
@@ -46,8 +49,8 @@ class SeamJudge {
 /// How far feet are led, and how long the blend is, is tried: led all the way they slide least but
 /// bend the legs most; a quick blend stays with the captures but moves more at once. Skate and
 /// distance to the captures are each weighed in what a plain cross-fade of the same frames has, and
-/// the worse of the two counts, so that neither is bought with the other. Beyond the captures'
-/// rates is taken only what is no quicker than the seam as it came.
+/// the worse of the two counts, so that neither is bought with the other. Where some are within the
+/// captures' rates those go before, else the least quick.
 void lead_feet(const SeamTask& task, const SeamJudge& judge, const JoinWindowOptions& options,
                SeamCandidate& candidate);
 

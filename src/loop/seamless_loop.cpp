@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "laban/base/error.h"
 #include "laban/loop/endless_loop.h"
@@ -25,13 +26,16 @@ constexpr int kFewestToClose = 8;
 constexpr double kTravels = 0.15;
 constexpr double kEndsFadeS = 0.5;
 
-void check(const motion::Capture& capture, const LoopOptions& options) {
+void check(const LoopOptions& options) {
   const auto problems = options.problems();
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
+}
+
+/// @param what  "a loop needs a clip", which is said of it.
+void check_length(const motion::Capture& capture, const std::string& what) {
   if (capture.clip.frame_count() < kFewestToClose) {
-    throw Error(ErrorKind::kData, "a loop needs a clip of at least " +
-                                      std::to_string(kFewestToClose) + " frames, not " +
-                                      std::to_string(capture.clip.frame_count()));
+    throw Error(ErrorKind::kData, what + " of at least " + std::to_string(kFewestToClose) +
+                                      " frames, not " + std::to_string(capture.clip.frame_count()));
   }
 }
 
@@ -140,7 +144,8 @@ void give_offsets(Frames& frames, const Frames& other, const BodyRows& rows) {
 }  // namespace
 
 SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& options) {
-  check(given, options);
+  check(options);
+  check_length(given, "a loop needs a clip");
   const int left_out = first_flowing_frame(given.clip, given.humanoid);
   const motion::Capture capture = flowing(given, left_out);
   const double rate_hz = capture.clip.frame_rate_hz();
@@ -163,15 +168,18 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
   const bool travels =
       round.travel.norm() > kTravels * capture.humanoid.leg_length_m() * duration_s;
   const bool closed = options.in_place || !travels;
-  if (closed) {
+  // What travels and is to stay in place stands on the ground while it travels.
+  const bool closed_first = closed && !travels;
+  if (closed_first) {
     close_round(round, frames);
     round.motion = {};
   }
   HeldFrames held{frames, 0};
-  if (options.hold_feet && sewn.contacts.floor && !options.in_place) {
+  if (options.hold_feet && sewn.contacts.floor) {
     held = hold_round(frames, seam_begin + seam.join, round.motion, rows, capture,
                       *sewn.contacts.floor);
   }
+  if (closed && !closed_first) close_round(round, held.frames);
   SeamlessLoop loop{to_clip(held.frames, rows, capture.clip),
                     {},
                     seam.found,
@@ -190,13 +198,14 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
 
 JoinedClips join_clips(const motion::Capture& given, const motion::Capture& second,
                        const LoopOptions& options) {
-  check(given, options);
-  check(second, options);
+  check(options);
+  check_length(given, "a seam needs a first clip");
+  check_length(second, "a seam needs a second clip");
   const motion::Capture first = flowing(given, first_flowing_frame(given.clip, given.humanoid));
   const double rate_hz = first.clip.frame_rate_hz();
   const motion::Capture other =
       brought_to(first, flowing(second, first_flowing_frame(second.clip, second.humanoid)));
-  check(other, options);
+  check_length(other, "a seam needs, at the first clip's rate, a second clip");
   const BodyRows rows(first.clip.skeleton(), first.humanoid);
   Sewable a = sewable(first, rows);
   Sewable b = sewable(other, rows);

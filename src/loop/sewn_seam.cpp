@@ -8,6 +8,9 @@
 namespace laban::loop {
 namespace {
 
+// Frames beside an overlap in which it may still be quick.
+constexpr int kBeside = 2;
+
 /// The overlap played in `count` frames instead of its own: at full speed at both ends, slower
 /// between.
 /// @param around  the overlap among captured frames, which tell how it begins and ends.
@@ -92,19 +95,30 @@ Surrounded surrounded(const SeamTask& task, const SewnSeam& seam, int beside) {
   return around;
 }
 
-void measure_rates(const SeamTask& task, SewnSeam& seam) {
-  constexpr int kBeside = 2;
-  const Surrounded around = surrounded(task, seam, kBeside + 1);
-  const MotionRates rates = motion_rates(task.rows, around.frames, task.frame_rate_hz);
-  const int begin = std::max(0, around.first - kBeside);
-  const int end = std::min(static_cast<int>(around.frames.size()),
-                           around.first + seam.found.played_frames + kBeside);
+RateRatios rate_ratios(const SeamTask& task, const Surrounded& around, int frames) {
+  // Rates of a row's end are its neighbours'.
+  const int count = static_cast<int>(around.frames.size());
+  const int first = std::max(0, around.first - kBeside - 1);
+  const int last = std::min(count, around.first + frames + kBeside + 1);
+  const MotionRates rates = motion_rates(
+      task.rows,
+      std::span(around.frames)
+          .subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first)),
+      task.frame_rate_hz);
+  const int begin = std::max(0, around.first - kBeside) - first;
+  const int end = std::min(count, around.first + frames + kBeside) - first;
   const auto largest = [&](const std::vector<double>& values) {
     return *std::max_element(values.begin() + begin, values.begin() + end);
   };
-  seam.found.speed_ratio = largest(rates.speed_m_s) / std::max(1e-9, task.usual.speed_m_s);
-  seam.found.acceleration_ratio =
-      largest(rates.acceleration_m_s2) / std::max(1e-9, task.usual.acceleration_m_s2);
+  return {largest(rates.speed_m_s) / std::max(1e-9, task.usual.speed_m_s),
+          largest(rates.acceleration_m_s2) / std::max(1e-9, task.usual.acceleration_m_s2)};
+}
+
+void measure_rates(const SeamTask& task, SewnSeam& seam) {
+  const RateRatios ratios =
+      rate_ratios(task, surrounded(task, seam, kBeside + 1), seam.found.played_frames);
+  seam.found.speed_ratio = ratios.speed;
+  seam.found.acceleration_ratio = ratios.acceleration;
 }
 
 double excess(const SewnSeam& seam) {

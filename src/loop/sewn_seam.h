@@ -59,7 +59,13 @@ struct Surrounded {
 };
 [[nodiscard]] Surrounded surrounded(const SeamTask& task, const SewnSeam& seam, int beside);
 
-/// Writes speed_ratio and acceleration_ratio, of the overlap and two frames on either side of it.
+/// Greatest rates of `frames` frames from around.first on and two on either side.
+struct RateRatios {
+  double speed = 0.0;  ///< in the captures' 99th percentiles
+  double acceleration = 0.0;
+};
+[[nodiscard]] RateRatios rate_ratios(const SeamTask& task, const Surrounded& around, int frames);
+/// Writes speed_ratio and acceleration_ratio of a seam.
 void measure_rates(const SeamTask& task, SewnSeam& seam);
 
 /// Rates in the captures' 99th percentiles up to which a seam is as good as any: holding the feet

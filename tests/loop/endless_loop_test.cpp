@@ -200,6 +200,18 @@ TEST(SeamlessLoop, AWalkIsLeftToTravelAndABowIsClosed) {
   EXPECT_EQ(bow.travel_m, 0.0);
 }
 
+// They stand while it travels; then the travel is taken out.
+TEST(SeamlessLoop, AWalkInPlaceHasItsFeetHeldToo) {
+  LoopOptions options;
+  options.in_place = true;
+  const motion::Capture walk = phrase("walk_p02");
+  const SeamlessLoop loop = seamless_loop(walk, options);
+  EXPECT_TRUE(loop.closed);
+  EXPECT_GT(loop.foot_stances, 0);
+  options.in_place = false;
+  EXPECT_EQ(loop.foot_stances, seamless_loop(walk, options).foot_stances);
+}
+
 TEST(JoinClips, BeginsAsTheFirstAndEndsAsTheSecond) {
   const motion::Capture bow = phrase("bow_p01");
   const motion::Capture kick = phrase("kick_p01");
@@ -225,6 +237,11 @@ TEST(EndlessLoop, RefusesClipsThatAreTooShortAndOptionsOutOfRange) {
   EXPECT_THROW(EndlessLoop(tiny, {}), base::Error);
   EXPECT_THROW((void)seamless_loop(tiny), base::Error);
   EXPECT_THROW((void)join_clips(bow, tiny), base::Error);
+  try {
+    (void)join_clips(bow, tiny);
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("second clip of at least 8 frames, not 7"));
+  }
   LoopOptions options;
   options.seam.overlap_frames = 200;
   EXPECT_THROW(EndlessLoop(bow, options), base::Error);

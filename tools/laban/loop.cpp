@@ -2,11 +2,20 @@
 
 #include <fmt/core.h>
 
+#include "laban/base/error.h"
 #include "laban/draw/contact_sheet.h"
 
 namespace laban::cli {
 
 loop::SeamOptions SeamChoices::resolved() const {
+  const auto check_least = [](const char* less, int a, const char* more, int b) {
+    if (a > b) {
+      throw base::Error(base::ErrorKind::kUsage,
+                        fmt::format("{} {} is more than {} {}", less, a, more, b));
+    }
+  };
+  check_least("--overlap", options.overlap_frames, "--texton-frames", options.texton_frames);
+  check_least("--blend-frames", options.blend_frames, "--overlap", options.overlap_frames);
   loop::SeamOptions found = options;
   found.metric = metric == "gradient" ? loop::SeamMetric::kGradient : loop::SeamMetric::kDifference;
   found.poisson = !no_poisson;
