@@ -187,12 +187,6 @@ SeamCandidate sew(const SeamTask& task, const JoinWindowOptions& options, const 
   return candidate;
 }
 
-/// Those within the captures' rates first, then by how good they are.
-bool better(const SewnSeam& a, const SewnSeam& b) {
-  if (excess(a) != excess(b)) return excess(a) < excess(b);
-  return a.worth_m < b.worth_m;
-}
-
 /// Seams of one length, best first: the good ones, at most `count`, or the best of the others.
 std::vector<SeamCandidate> sew_apart(const SeamTask& task, const JoinWindowOptions& window,
                                      const Eigen::MatrixXd& pairs, int n, int count) {

@@ -125,6 +125,11 @@ double excess(const SewnSeam& seam) {
   return std::max({kGoodRates, seam.found.speed_ratio, seam.found.acceleration_ratio});
 }
 
+bool better(const SewnSeam& a, const SewnSeam& b) {
+  if (excess(a) != excess(b)) return excess(a) < excess(b);
+  return a.worth_m < b.worth_m;
+}
+
 void calm(const SeamTask& task, SewnSeam& seam) {
   const Surrounded own = surrounded(task, seam, 2);
   SewnSeam best = seam;

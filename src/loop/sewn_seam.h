@@ -74,6 +74,9 @@ inline constexpr double kGoodRates = 0.95;
 /// How far a seam is beyond what its captures do: kGoodRates if it is not.
 [[nodiscard]] double excess(const SewnSeam& seam);
 
+/// Those within the captures' rates first, then by how good they are.
+[[nodiscard]] bool better(const SewnSeam& a, const SewnSeam& b);
+
 /// Plays a seam that is too quick slower: as little as suffices, at most at half its speed.
 void calm(const SeamTask& task, SewnSeam& seam);
 

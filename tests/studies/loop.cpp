@@ -1,6 +1,7 @@
 // Seams of ten captures of different kinds, by graph cut and by plain cross-fading, of the same
 // overlaps and of the clip's last frames with its first: foot skate, distance to the nearest
-// captured frame, speed and acceleration, with the capture on both sides. Then 1700 frames of each:
+// captured frame, speed and acceleration, with the capture on both sides; "held" is with the feet
+// held as loops hold them, "4 cut, held" what is played. Then 1700 frames of each:
 // how much of the clip they use, and what their seams and turns look like.
 //
 // Usage: loop_study [CLIP...]; without clips those of $LABAN_DATA named below.
@@ -151,9 +152,23 @@ SewnSeam ends_of(const Study& study, int overlap) {
   return ends;
 }
 
+/// A cross-fade that can be held as a seam is.
+Frames noted_fade(const BodyRows& rows, const Frames& outgoing, const Frames& incoming) {
+  Frames faded = cross_fade(outgoing, incoming);
+  Eigen::VectorXd shares(std::ssize(faded) - 1);
+  for (Eigen::Index t = 0; t < shares.size(); ++t) {
+    shares[t] = blend_weight(static_cast<double>(t) - 0.5, static_cast<double>(shares.size()));
+  }
+  note_added_steps(rows, outgoing, incoming, {shares, shares}, faded);
+  return faded;
+}
+
 struct Totals {
   std::map<std::string, Figures> mean;
   int clips = 0;
+  // Clips on which the seam as it is played has no more than a method.
+  std::map<std::string, int> skate_no_more;
+  std::map<std::string, int> no_farther;
 };
 
 void study_seams(const Study& study, const SeamOptions& options, Totals& totals) {
@@ -165,21 +180,12 @@ void study_seams(const Study& study, const SeamOptions& options, Totals& totals)
   const SewnSeam ends = ends_of(study, seams.front().found.frames);
   figures["0 cross-fade of ends"].add(study.measure(ends, ends.frames, false), 1.0);
   for (const SewnSeam& seam : seams) {
-    std::printf(
-        "    seam %d -> %d, %d frames played in %d, worth %.4f, distance %.4f, rates %.2f %.2f\n",
-        seam.found.out_begin, seam.found.in_begin, seam.found.frames, seam.found.played_frames,
-        seam.worth_m, seam.found.distance_m, seam.found.speed_ratio, seam.found.acceleration_ratio);
     const auto out = study.frames.begin() + seam.found.out_begin;
     const auto in = study.frames.begin() + seam.found.in_begin;
     const Frames outgoing(out, out + seam.found.frames);
     Frames incoming(in, in + seam.found.frames);
     for (BodyFrame& frame : incoming) frame.move(seam.outgoing_from_incoming);
-    Frames faded = cross_fade(outgoing, incoming);
-    Eigen::VectorXd shares(std::ssize(faded) - 1);
-    for (Eigen::Index t = 0; t < shares.size(); ++t) {
-      shares[t] = blend_weight(static_cast<double>(t) - 0.5, static_cast<double>(shares.size()));
-    }
-    note_added_steps(study.rows, outgoing, incoming, {shares, shares}, faded);
+    const Frames faded = noted_fade(study.rows, outgoing, incoming);
     SewnSeam middle = seam;
     middle.join = seam.found.frames / 2;
     figures["1 cross-fade"].add(study.measure(middle, faded, false), share);
@@ -187,8 +193,11 @@ void study_seams(const Study& study, const SeamOptions& options, Totals& totals)
     figures["3 cut"].add(study.measure(seam, seam.frames, false), share);
     figures["4 cut, held"].add(study.measure(seam, seam.frames, true), share);
   }
+  const Figures played = figures["4 cut, held"];
   for (const auto& [name, value] : figures) {
     print(name.c_str(), value);
+    totals.skate_no_more[name] += played.skate_cm <= value.skate_cm ? 1 : 0;
+    totals.no_farther[name] += played.nearest_cm <= value.nearest_cm ? 1 : 0;
     totals.mean[name].skate_cm += value.skate_cm;
     totals.mean[name].nearest_cm += value.nearest_cm;
     totals.mean[name].speed += value.speed;
@@ -199,10 +208,7 @@ void study_seams(const Study& study, const SeamOptions& options, Totals& totals)
 
 /// Greatest rate within two frames of a seam's overlap and of each turn, and skate of all.
 void study_output(const Study& study) {
-  LoopOptions lo;
-  lo.hold_feet = !std::getenv("NOHOLD");
-  lo.turns = !std::getenv("NOTURNS");
-  EndlessLoop endless(study.capture, lo);
+  EndlessLoop endless(study.capture, {});
   constexpr int kFrames = 1700;
   const LoopedClip looped = endless.next(kFrames);
   std::map<int, int> shown;
@@ -263,7 +269,7 @@ void study_output(const Study& study) {
       seam_speed / study.usual.speed_m_s, seam_acceleration / study.usual.acceleration_m_s2,
       endless.turning().points.size(), turn_acceleration / study.usual.acceleration_m_s2,
       quality(looped.clip), quality(study.capture.clip));
-  const SeamlessLoop round = seamless_loop(study.capture, lo);
+  const SeamlessLoop round = seamless_loop(study.capture);
   std::printf("  seamless: %d frames, %s; skate %.3f\n", round.clip.frame_count(),
               round.closed ? "closed" : "travels", quality(round.clip));
 }
@@ -298,6 +304,8 @@ int run(int argc, char** argv) {
     const double n = totals.clips;
     print(name.c_str(),
           {value.skate_cm / n, value.nearest_cm / n, value.speed / n, value.acceleration / n});
+    std::printf("  %-22s a held cut slides no more on %d, is no farther on %d of %d clips\n", "",
+                totals.skate_no_more[name], totals.no_farther[name], totals.clips);
   }
   return 0;
 }
