@@ -212,6 +212,35 @@ TEST(SeamlessLoop, AWalkInPlaceHasItsFeetHeldToo) {
   EXPECT_EQ(loop.foot_stances, seamless_loop(walk, options).foot_stances);
 }
 
+/// The capture on a path that bends by so much a frame.
+motion::Capture bent(const motion::Capture& capture, double yaw_per_frame) {
+  const motion::Clip& clip = capture.clip;
+  Eigen::Matrix3Xd roots(3, clip.frame_count());
+  std::vector<Eigen::Quaterniond> rotations;
+  Eigen::Vector3d place = clip.root_positions().col(0);
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    const Eigen::Quaterniond turn = math::yaw_rotation(yaw_per_frame * f);
+    if (f > 0) {
+      place += turn * (clip.root_positions().col(f) - clip.root_positions().col(f - 1)).eval();
+    }
+    roots.col(f) = place;
+    const auto local = clip.rotations(f);
+    rotations.insert(rotations.end(), local.begin(), local.end());
+    Eigen::Quaterniond& root = rotations[rotations.size() - local.size()];
+    root = (turn * root).normalized();
+  }
+  return {motion::Clip(clip.shared_skeleton(), clip.frame_rate_hz(), roots, rotations),
+          capture.humanoid};
+}
+
+TEST(SeamlessLoop, AWalkOnABentPathFacesTheSameWayAgainInPlace) {
+  LoopOptions options;
+  options.in_place = true;
+  const SeamlessLoop loop = seamless_loop(bent(phrase("walk_p01"), 0.01), options);
+  const int last = loop.clip.frame_count() - 1;
+  EXPECT_LT(math::angle_between(loop.clip.rotation(last, 0), loop.clip.rotation(0, 0)), 0.05);
+}
+
 TEST(JoinClips, BeginsAsTheFirstAndEndsAsTheSecond) {
   const motion::Capture bow = phrase("bow_p01");
   const motion::Capture kick = phrase("kick_p01");
