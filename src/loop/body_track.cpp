@@ -57,6 +57,7 @@ PlanarMotion PlanarMotion::after(const PlanarMotion& other) const {
 void BodyFrame::move(const PlanarMotion& motion) {
   hips = motion(hips);
   rotations[0] = (math::yaw_rotation(motion.yaw) * rotations[0]).normalized();
+  added_steps = math::yaw_rotation(motion.yaw).toRotationMatrix() * added_steps;
 }
 
 BodyRows::BodyRows(const motion::Skeleton& skeleton, const motion::Humanoid& humanoid) {
@@ -180,6 +181,7 @@ BodyFrame mix(const BodyFrame& a, const BodyFrame& b, double share) {
   }
   if (a.offsets.cols() > 0) mixed.offsets = (1.0 - share) * a.offsets + share * b.offsets;
   mixed.contacts = (1.0 - share) * a.contacts + share * b.contacts;
+  mixed.added_steps = (1.0 - share) * a.added_steps + share * b.added_steps;
   mixed.source_frame = share < 0.5 ? a.source_frame : b.source_frame;
   return mixed;
 }

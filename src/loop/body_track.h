@@ -30,6 +30,9 @@ struct BodyFrame {
   Eigen::Matrix3Xd offsets;  ///< 3 x R from the parent, metres, or empty: at rest; row 0 unused
   Eigen::Vector4d contacts = Eigen::Vector4d::Zero();  ///< shares as in FootContacts
   double source_frame = 0.0;                           ///< of the clip it comes from
+  /// What the left and the right toe have stepped since the frame before and no capture did,
+  /// metres.
+  Eigen::Matrix<double, 3, 2> added_steps = Eigen::Matrix<double, 3, 2>::Zero();
 
   void move(const PlanarMotion& motion);
 };

@@ -113,7 +113,7 @@ PlaybackPlan plan_of(int frame_count, const Turning& turning, const std::vector<
 
 std::vector<std::string> SeamOptions::problems() const {
   std::vector<std::string> found;
-  const auto check_number = [&](bool good, const char* name, double value, const char* rule) {
+  const auto check_number = [&](bool good, const char* name, auto value, const char* rule) {
     if (!good) {
       found.push_back(std::string("SeamOptions::") + name + " = " + std::to_string(value) +
                       " (must be " + rule + ")");
@@ -160,7 +160,8 @@ class EndlessLoop::Impl {
         turning_(
             find_turning_points(motion::to_pose_matrix(capture_.clip, capture_.humanoid).angles,
                                 rate_hz(), options.turning)),
-        seams_(options.leaps ? find_seams({rows_, frames_, frames_, rate_hz(), usual_, &capture_},
+        seams_(options.leaps ? find_seams({rows_, frames_, frames_, rate_hz(), usual_, capture_,
+                                           found_contacts_.floor, options.hold_feet},
                                           options.seam, options.seam_count)
                              : std::vector<SewnSeam>()),
         found_seams_(found_of(seams_)),

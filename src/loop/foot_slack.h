@@ -26,10 +26,25 @@ struct FeetOverSeam {
 /// standing foot may give least. A foot that stands all the time gives evenly.
 /// @param outgoing, incoming  of the overlap, in one place in the world.
 /// @param window  what was sewn of them; its feet keep their orientation.
+/// @param pull_per_s  how fast a swinging foot goes back to where the window has it, >= 0: the
+///                    more, the more a foot slides and the less legs differ from the blended ones.
 [[nodiscard]] FeetOverSeam feet_over_seam(const BodyRows& rows,
                                           const std::vector<BodyFrame>& outgoing,
                                           const std::vector<BodyFrame>& incoming,
                                           const JoinedWindow& window, int blend_frames,
-                                          double frame_rate_hz);
+                                          double frame_rate_hz, double pull_per_s);
+
+/// The outgoing motion's share of each foot's steps, from frame t to t + 1 of an overlap of N: N -
+/// 1 each.
+[[nodiscard]] std::array<Eigen::VectorXd, 2> step_shares(const BodyRows& rows,
+                                                         const std::vector<int>& switch_frames,
+                                                         int overlap_frames, int blend_frames);
+
+/// Writes BodyFrame::added_steps of an overlap: what its toes step beyond both motions' own steps,
+/// each by its share.
+void note_added_steps(const BodyRows& rows, const std::vector<BodyFrame>& outgoing,
+                      const std::vector<BodyFrame>& incoming,
+                      const std::array<Eigen::VectorXd, 2>& outgoing_shares,
+                      std::vector<BodyFrame>& frames);
 
 }  // namespace laban::loop

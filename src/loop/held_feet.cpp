@@ -21,6 +21,18 @@ motion::FootContacts contacts_of(const std::vector<BodyFrame>& frames, double fr
   return contacts;
 }
 
+std::array<Eigen::Matrix3Xd, 2> added_steps_of(const std::vector<BodyFrame>& frames) {
+  std::array<Eigen::Matrix3Xd, 2> steps;
+  for (std::size_t side = 0; side < 2; ++side) {
+    steps[side].resize(3, std::ssize(frames));
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      steps[side].col(static_cast<Eigen::Index>(f)) =
+          frames[f].added_steps.col(static_cast<Eigen::Index>(side));
+    }
+  }
+  return steps;
+}
+
 int frames_of(double seconds, double frame_rate_hz) {
   return std::max(2, static_cast<int>(std::lround(seconds * frame_rate_hz)));
 }
@@ -34,12 +46,19 @@ HeldFrames hold_feet(const std::vector<BodyFrame>& frames, const BodyRows& rows,
   options.floor = floor;
   options.joins = std::move(joins);
   options.level_parts = level_parts;
+  if (!level_parts) {
+    options.added_steps = added_steps_of(frames);
+    // The body keeps its captured height: a centimetre down is farther off the capture than a foot
+    // that slides the rest of its way.
+    options.deepest_m = 0.0;
+  }
   const motion::FootContacts contacts = contacts_of(frames, capture.clip.frame_rate_hz());
   const motion::LockedFeet locked =
       motion::lock_feet(to_clip(frames, rows, capture.clip), capture.humanoid, contacts, options);
   HeldFrames held{to_body_frames(locked.clip, rows, contacts), locked.stances};
   for (std::size_t f = 0; f < frames.size(); ++f) {
     held.frames[f].source_frame = frames[f].source_frame;
+    held.frames[f].added_steps = frames[f].added_steps;
   }
   return held;
 }

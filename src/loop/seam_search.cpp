@@ -7,11 +7,10 @@
 
 #include "laban/base/error.h"
 #include "laban/math/rotation.h"
-#include "laban/math/statistics.h"
 #include "laban/motion/forward_kinematics.h"
-#include "laban/motion/place_feet.h"
 
 #include "loop/foot_slack.h"
+#include "loop/led_feet.h"
 
 namespace laban::loop {
 namespace {
@@ -21,22 +20,12 @@ constexpr int kTried = 12;
 // A foot that stands in one clip and not in the other, metres.
 constexpr double kContactPenaltyM = 0.05;
 constexpr double kStandingWeight = 10.0;
-// Rates in the captures' 99th percentiles up to which a seam is as good as any: holding the feet
-// afterwards adds a few hundredths.
-constexpr double kGood = 0.95;
 // Of the clip, by one seam.
 constexpr double kMostLeftOut = 2.0 / 3.0;
 // A slide of 1 cm a frame is as bad as joints this many centimetres off all captured frames.
 constexpr double kSlideWeight = 2.0;
 // Seams beside the best are worth playing up to this multiple of what it is off.
 constexpr double kMuchWorse = 1.5;
-// What shows how legs bend, seconds on either side of a seam.
-constexpr double kLegsBesideS = 0.5;
-
-Eigen::Matrix3Xd point_positions(const BodyRows& rows, const BodyFrame& frame) {
-  return positions(rows, frame)(Eigen::all, rows.points);
-}
-
 /// A frame as places of the overlap are compared: heading and place on the ground left out.
 struct ComparedFrame {
   std::vector<Eigen::Quaterniond> rotations;  // of the hips the tilt
@@ -146,51 +135,6 @@ std::vector<Place> apart(const std::vector<Place>& sorted, int least, int count)
   return kept;
 }
 
-/// A seam while it is looked for.
-struct Candidate {
-  SewnSeam seam;
-  FeetOverSeam feet;
-};
-
-/// The overlap between up to `beside` captured frames on either side, in the outgoing clip's place.
-struct Surrounded {
-  std::vector<BodyFrame> frames;
-  int first = 0;  // frame of the overlap's first
-};
-
-Surrounded surrounded(const SeamTask& task, const SewnSeam& seam, int beside) {
-  Surrounded around;
-  const int out_begin = seam.found.out_begin;
-  for (int f = std::max(0, out_begin - beside); f < out_begin; ++f) {
-    around.frames.push_back(task.outgoing[static_cast<std::size_t>(f)]);
-  }
-  around.first = static_cast<int>(around.frames.size());
-  around.frames.insert(around.frames.end(), seam.frames.begin(), seam.frames.end());
-  const int in_end = seam.found.in_begin + seam.found.frames;
-  const int last = std::min(in_end + beside, static_cast<int>(task.incoming.size()));
-  for (int f = in_end; f < last; ++f) {
-    around.frames.push_back(task.incoming[static_cast<std::size_t>(f)]);
-    around.frames.back().move(seam.outgoing_from_incoming);
-  }
-  return around;
-}
-
-/// Speed and acceleration in the overlap and two frames on either side of it.
-void measure_rates(const SeamTask& task, SewnSeam& seam) {
-  constexpr int kBeside = 2;
-  const Surrounded around = surrounded(task, seam, kBeside + 1);
-  const MotionRates rates = motion_rates(task.rows, around.frames, task.frame_rate_hz);
-  const int begin = std::max(0, around.first - kBeside);
-  const int end = std::min(static_cast<int>(around.frames.size()),
-                           around.first + seam.found.played_frames + kBeside);
-  const auto largest = [&](const std::vector<double>& values) {
-    return *std::max_element(values.begin() + begin, values.begin() + end);
-  };
-  seam.found.speed_ratio = largest(rates.speed_m_s) / std::max(1e-9, task.usual.speed_m_s);
-  seam.found.acceleration_ratio =
-      largest(rates.acceleration_m_s2) / std::max(1e-9, task.usual.acceleration_m_s2);
-}
-
 /// Mean over frames of the rms distance of the standard joints to the nearer of the two motions.
 double off_captured_m(const BodyRows& rows, const std::vector<BodyFrame>& sewn,
                       const std::vector<BodyFrame>& outgoing,
@@ -211,121 +155,41 @@ double off_captured_m(const BodyRows& rows, const std::vector<BodyFrame>& sewn,
 }
 
 /// Sews at one place and measures the outcome.
-Candidate sew(const SeamTask& task, const JoinWindowOptions& options, const Place& place, int m,
-              int n) {
+SeamCandidate sew(const SeamTask& task, const JoinWindowOptions& options, const Place& place, int m,
+                  int n) {
   const int out_begin = static_cast<int>(task.outgoing.size()) - m + place.i;
   const auto out = task.outgoing.begin() + out_begin;
   const auto in = task.incoming.begin() + place.j;
-  const std::vector<BodyFrame> outgoing(out, out + n);
-  std::vector<BodyFrame> incoming(in, in + n);
-  Candidate candidate;
+  SeamCandidate candidate;
+  candidate.outgoing.assign(out, out + n);
+  candidate.incoming.assign(in, in + n);
+  candidate.blend_frames = blend_length(n, options.blend_frames);
   SewnSeam& seam = candidate.seam;
-  seam.outgoing_from_incoming = align_overlap(task.rows, outgoing, incoming);
-  for (BodyFrame& frame : incoming) frame.move(seam.outgoing_from_incoming);
-  JoinedWindow window = join_window(task.rows, outgoing, incoming, options);
-  candidate.feet = feet_over_seam(task.rows, outgoing, incoming, window,
-                                  blend_length(n, options.blend_frames), task.frame_rate_hz);
-  seam.found = {out_begin, place.j, n, n, place.distance_m, window.switch_frames, 0.0, 0.0};
-  seam.join = window.switch_frames[0];
+  seam.outgoing_from_incoming = align_overlap(task.rows, candidate.outgoing, candidate.incoming);
+  for (BodyFrame& frame : candidate.incoming) frame.move(seam.outgoing_from_incoming);
+  candidate.window = join_window(task.rows, candidate.outgoing, candidate.incoming, options);
+  const FeetOverSeam feet =
+      feet_over_seam(task.rows, candidate.outgoing, candidate.incoming, candidate.window,
+                     candidate.blend_frames, task.frame_rate_hz, 0.0);
+  seam.found = {out_begin, place.j, n, n, place.distance_m, candidate.window.switch_frames,
+                0.0,       0.0};
+  seam.join = candidate.window.switch_frames[0];
   // Of one foot, in a frame of a thirtieth of a second.
-  const double slide_m = 0.5 * candidate.feet.slide_m * task.frame_rate_hz / (30.0 * n);
+  const double slide_m = 0.5 * feet.slide_m * task.frame_rate_hz / (30.0 * n);
   seam.worth_m =
-      off_captured_m(task.rows, window.frames, outgoing, incoming) + kSlideWeight * slide_m;
+      off_captured_m(task.rows, candidate.window.frames, candidate.outgoing, candidate.incoming) +
+      kSlideWeight * slide_m;
   // cost / distance is 1 + the share of the clip that is left out: a loop is to show the clip.
   const double shown = place.cost / std::max(1e-12, place.distance_m);
   seam.worth_m *= shown * shown;
-  seam.frames = std::move(window.frames);
+  seam.frames = candidate.window.frames;
   measure_rates(task, seam);
   return candidate;
 }
 
-/// How far a seam is beyond what its captures do: kGood if it is not.
-double excess(const SewnSeam& seam) {
-  return std::max({kGood, seam.found.speed_ratio, seam.found.acceleration_ratio});
-}
-
-/// Those within the captures' rates first, then by how good they are.
-bool better(const SewnSeam& a, const SewnSeam& b) {
-  if (excess(a) != excess(b)) return excess(a) < excess(b);
-  return a.worth_m < b.worth_m;
-}
-
-/// The seam with its feet brought to where they are led, if that is within the captures' rates or
-/// no quicker than without.
-void lead_feet(const SeamTask& task, Candidate& candidate) {
-  if (task.rig == nullptr) return;
-  SewnSeam& seam = candidate.seam;
-  const int beside = std::max(2, static_cast<int>(std::lround(kLegsBesideS * task.frame_rate_hz)));
-  const Surrounded around = surrounded(task, seam, beside);
-  const motion::Clip clip = to_clip(around.frames, task.rows, task.rig->clip);
-  std::array<Eigen::Matrix3Xd, 2> goals;
-  for (std::size_t side = 0; side < 2; ++side) {
-    goals[side].resize(3, clip.frame_count());
-    for (int f = 0; f < clip.frame_count(); ++f) {
-      goals[side].col(f) = positions(task.rows, around.frames[static_cast<std::size_t>(f)])
-                               .col(task.rows.feet[2 * side]);
-    }
-    goals[side].middleCols(around.first, seam.found.frames) = candidate.feet.goals[side];
-  }
-  const motion::Clip placed = motion::place_feet(clip, task.rig->humanoid, goals);
-  motion::FootContacts contacts{task.frame_rate_hz, Eigen::Matrix4Xd(4, clip.frame_count())};
-  for (int f = 0; f < clip.frame_count(); ++f) {
-    contacts.share.col(f) = around.frames[static_cast<std::size_t>(f)].contacts;
-  }
-  const std::vector<BodyFrame> led = to_body_frames(placed, task.rows, contacts);
-  SewnSeam with = seam;
-  // The first and the last frame are captured ones.
-  for (int t = 1; t + 1 < seam.found.frames; ++t) {
-    BodyFrame& frame = with.frames[static_cast<std::size_t>(t)];
-    const double source_frame = frame.source_frame;
-    const int place = around.first + t;
-    frame = led[static_cast<std::size_t>(place)];
-    frame.source_frame = source_frame;
-  }
-  measure_rates(task, with);
-  if (excess(with) <= std::max(1.0, excess(seam))) seam = std::move(with);
-}
-
-/// The overlap played in `count` frames instead of its own: at full speed at both ends, slower
-/// between.
-/// @param around  the overlap among captured frames, which tell how it begins and ends.
-std::vector<BodyFrame> slowed(const Surrounded& around, int own_count, int count) {
-  // Speed falls to 1 - depth over the first quarter and rises again over the last: a ramp
-  // x^2 (3 - 2x) has the mean 1/2, so 3/4 of `depth` are lost in all.
-  const int last = count - 1;
-  const double depth = (1.0 - static_cast<double>(own_count - 1) / last) / 0.75;
-  std::vector<BodyFrame> played;
-  for (int t = 0; t < count; ++t) {
-    const auto lost = [](double u) {  // integral of the ramp, then of 1, from 0 to u <= 1/2
-      const double x = std::min(1.0, 4.0 * u);
-      return 0.25 * x * x * x * (1.0 - 0.5 * x) + std::max(0.0, u - 0.25);
-    };
-    const double u = static_cast<double>(t) / last;
-    const double loss = u <= 0.5 ? lost(u) : 0.75 - lost(1.0 - u);
-    played.push_back(sample(around.frames, around.first + last * (u - depth * loss)));
-  }
-  return played;
-}
-
-/// Plays a seam that is too quick slower: as little as suffices, at most at half its speed.
-void calm(const SeamTask& task, SewnSeam& seam) {
-  const Surrounded own = surrounded(task, seam, 2);
-  SewnSeam best = seam;
-  for (int percent = 120; percent <= 200 && excess(best) > 1.0; percent += 20) {
-    const int count = (seam.found.frames * percent + 50) / 100;
-    SewnSeam slower = seam;
-    slower.frames = slowed(own, seam.found.frames, count);
-    slower.found.played_frames = count;
-    slower.join = seam.join * count / seam.found.frames;
-    measure_rates(task, slower);
-    if (excess(slower) < excess(best)) best = std::move(slower);
-  }
-  seam = std::move(best);
-}
-
 /// Seams of one length, best first: the good ones, at most `count`, or the best of the others.
-std::vector<Candidate> sew_apart(const SeamTask& task, const JoinWindowOptions& window,
-                                 const Eigen::MatrixXd& pairs, int n, int count) {
+std::vector<SeamCandidate> sew_apart(const SeamTask& task, const JoinWindowOptions& window,
+                                     const Eigen::MatrixXd& pairs, int n, int count) {
   // Those that leave little out, then those that fit best.
   const auto m = static_cast<int>(pairs.rows());
   std::vector<Place> sorted = places(task, pairs, n);
@@ -335,20 +199,21 @@ std::vector<Candidate> sew_apart(const SeamTask& task, const JoinWindowOptions& 
                    [](const Place& a, const Place& b) { return a.distance_m < b.distance_m; });
   const std::vector<Place> nearest = apart(sorted, least_apart, kTried);
   tried.insert(tried.end(), nearest.begin(), nearest.end());
-  std::vector<Candidate> seams;
+  std::vector<SeamCandidate> seams;
   for (const Place& place : tried) seams.push_back(sew(task, window, place, m, n));
-  std::stable_sort(seams.begin(), seams.end(),
-                   [](const Candidate& a, const Candidate& b) { return better(a.seam, b.seam); });
-  std::vector<Candidate> kept;
-  for (Candidate& one : seams) {
+  std::stable_sort(seams.begin(), seams.end(), [](const SeamCandidate& a, const SeamCandidate& b) {
+    return better(a.seam, b.seam);
+  });
+  std::vector<SeamCandidate> kept;
+  for (SeamCandidate& one : seams) {
     if (std::ssize(kept) == count) break;
     const SewnSeam& seam = one.seam;
     // One place may be in both lists.
-    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const SeamCandidate& other) {
       return std::abs(other.seam.found.out_begin - seam.found.out_begin) < least_apart &&
              std::abs(other.seam.found.in_begin - seam.found.in_begin) < least_apart;
     });
-    const bool good = kept.empty() || (excess(seam) <= kGood &&
+    const bool good = kept.empty() || (excess(seam) <= kGoodRates &&
                                        seam.worth_m <= kMuchWorse * kept.front().seam.worth_m);
     if (!known && good) kept.push_back(std::move(one));
   }
@@ -356,38 +221,6 @@ std::vector<Candidate> sew_apart(const SeamTask& task, const JoinWindowOptions& 
 }
 
 }  // namespace
-
-MotionRates motion_rates(const BodyRows& rows, std::span<const BodyFrame> frames,
-                         double frame_rate_hz) {
-  const std::size_t count = frames.size();
-  MotionRates rates{std::vector<double>(count, 0.0), std::vector<double>(count, 0.0)};
-  if (count < 3) return rates;
-  std::vector<Eigen::Matrix3Xd> places;
-  for (const BodyFrame& frame : frames) places.push_back(point_positions(rows, frame));
-  const double per_point =
-      1.0 / std::sqrt(static_cast<double>(std::max<std::size_t>(1, rows.points.size())));
-  for (std::size_t f = 1; f + 1 < count; ++f) {
-    rates.speed_m_s[f] = (places[f + 1] - places[f - 1]).norm() * 0.5 * frame_rate_hz * per_point;
-    rates.acceleration_m_s2[f] = (places[f + 1] - 2.0 * places[f] + places[f - 1]).norm() *
-                                 frame_rate_hz * frame_rate_hz * per_point;
-  }
-  for (auto* values : {&rates.speed_m_s, &rates.acceleration_m_s2}) {
-    values->front() = (*values)[1];
-    values->back() = (*values)[count - 2];
-  }
-  return rates;
-}
-
-UsualMotion usual_motion(const BodyRows& rows, std::span<const BodyFrame> frames,
-                         double frame_rate_hz) {
-  MotionRates rates = motion_rates(rows, frames, frame_rate_hz);
-  UsualMotion usual;
-  usual.speed_m_s = math::percentile(rates.speed_m_s, 99.0);
-  usual.acceleration_m_s2 = math::percentile(rates.acceleration_m_s2, 99.0);
-  usual.lively_acceleration_m_s2 = math::percentile(rates.acceleration_m_s2, 90.0);
-  usual.speeds_m_s = std::move(rates.speed_m_s);
-  return usual;
-}
 
 int first_flowing_frame(const motion::Clip& clip, const motion::Humanoid& humanoid) {
   constexpr double kLeap = 1.5;
@@ -468,13 +301,13 @@ std::vector<SewnSeam> find_seams(const SeamTask& task, const SeamOptions& option
   const JoinWindowOptions window{options.metric, std::min(options.blend_frames, n - 2),
                                  options.poisson, options.joint_weight, options.screening};
   const Eigen::MatrixXd pairs = pair_distances(task, m, n);
+  const SeamJudge judge(task);
   const auto sewn = [&](int length, int blend) {
     JoinWindowOptions with = window;
     with.blend_frames = std::clamp(blend, 1, length - 2);
     std::vector<SewnSeam> seams;
-    for (Candidate& candidate : sew_apart(task, with, pairs, length, count)) {
-      lead_feet(task, candidate);
-      calm(task, candidate.seam);
+    for (SeamCandidate& candidate : sew_apart(task, with, pairs, length, count)) {
+      lead_feet(task, judge, with, candidate);
       seams.push_back(std::move(candidate.seam));
     }
     return seams;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "laban/base/error.h"
 #include "laban/loop/endless_loop.h"
@@ -25,13 +26,16 @@ constexpr int kFewestToClose = 8;
 constexpr double kTravels = 0.15;
 constexpr double kEndsFadeS = 0.5;
 
-void check(const motion::Capture& capture, const LoopOptions& options) {
+void check(const LoopOptions& options) {
   const auto problems = options.problems();
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
+}
+
+/// @param what  "a loop needs a clip", which is said of it.
+void check_length(const motion::Capture& capture, const std::string& what) {
   if (capture.clip.frame_count() < kFewestToClose) {
-    throw Error(ErrorKind::kData, "a loop needs a clip of at least " +
-                                      std::to_string(kFewestToClose) + " frames, not " +
-                                      std::to_string(capture.clip.frame_count()));
+    throw Error(ErrorKind::kData, what + " of at least " + std::to_string(kFewestToClose) +
+                                      " frames, not " + std::to_string(capture.clip.frame_count()));
   }
 }
 
@@ -66,6 +70,7 @@ void close_round(const Round& round, Frames& frames) {
     frame.rotations[0] =
         (math::yaw_rotation(-share * round.turn) * frame.rotations[0]).normalized();
     frame.hips -= share * round.travel;
+    frame.added_steps.colwise() -= round.travel / round.frames;
   }
 }
 
@@ -139,15 +144,17 @@ void give_offsets(Frames& frames, const Frames& other, const BodyRows& rows) {
 }  // namespace
 
 SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& options) {
-  check(given, options);
+  check(options);
+  check_length(given, "a loop needs a clip");
   const int left_out = first_flowing_frame(given.clip, given.humanoid);
   const motion::Capture capture = flowing(given, left_out);
   const double rate_hz = capture.clip.frame_rate_hz();
   const BodyRows rows(capture.clip.skeleton(), capture.humanoid);
   const Sewable sewn = sewable(capture, rows);
-  const SewnSeam seam =
-      find_seams({rows, sewn.frames, sewn.frames, rate_hz, sewn.usual, &capture}, options.seam, 1)
-          .front();
+  const SewnSeam seam = find_seams({rows, sewn.frames, sewn.frames, rate_hz, sewn.usual, capture,
+                                    sewn.contacts.floor, options.hold_feet},
+                                   options.seam, 1)
+                            .front();
   const int in_end = seam.found.in_begin + seam.found.frames;
   Frames frames(sewn.frames.begin() + in_end, sewn.frames.begin() + seam.found.out_begin);
   const int seam_begin = static_cast<int>(frames.size());
@@ -161,15 +168,18 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
   const bool travels =
       round.travel.norm() > kTravels * capture.humanoid.leg_length_m() * duration_s;
   const bool closed = options.in_place || !travels;
-  if (closed) {
+  // What travels and is to stay in place stands on the ground while it travels.
+  const bool closed_first = closed && !travels;
+  if (closed_first) {
     close_round(round, frames);
     round.motion = {};
   }
   HeldFrames held{frames, 0};
-  if (options.hold_feet && sewn.contacts.floor && !options.in_place) {
+  if (options.hold_feet && sewn.contacts.floor) {
     held = hold_round(frames, seam_begin + seam.join, round.motion, rows, capture,
                       *sewn.contacts.floor);
   }
+  if (closed && !closed_first) close_round(round, held.frames);
   SeamlessLoop loop{to_clip(held.frames, rows, capture.clip),
                     {},
                     seam.found,
@@ -188,13 +198,14 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
 
 JoinedClips join_clips(const motion::Capture& given, const motion::Capture& second,
                        const LoopOptions& options) {
-  check(given, options);
-  check(second, options);
+  check(options);
+  check_length(given, "a seam needs a first clip");
+  check_length(second, "a seam needs a second clip");
   const motion::Capture first = flowing(given, first_flowing_frame(given.clip, given.humanoid));
   const double rate_hz = first.clip.frame_rate_hz();
   const motion::Capture other =
       brought_to(first, flowing(second, first_flowing_frame(second.clip, second.humanoid)));
-  check(other, options);
+  check_length(other, "a seam needs, at the first clip's rate, a second clip");
   const BodyRows rows(first.clip.skeleton(), first.humanoid);
   Sewable a = sewable(first, rows);
   Sewable b = sewable(other, rows);
@@ -203,8 +214,11 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
   UsualMotion usual = a.usual;
   usual.speed_m_s = std::max(usual.speed_m_s, b.usual.speed_m_s);
   usual.acceleration_m_s2 = std::max(usual.acceleration_m_s2, b.usual.acceleration_m_s2);
+  const auto floor = a.contacts.floor ? a.contacts.floor : b.contacts.floor;
   const SewnSeam seam =
-      find_seams({rows, a.frames, b.frames, rate_hz, usual, &first}, options.seam, 1).front();
+      find_seams({rows, a.frames, b.frames, rate_hz, usual, first, floor, options.hold_feet},
+                 options.seam, 1)
+          .front();
   Frames frames(a.frames.begin(), a.frames.begin() + seam.found.out_begin);
   frames.insert(frames.end(), seam.frames.begin(), seam.frames.end());
   const int in_end = seam.found.in_begin + seam.found.frames;
@@ -219,7 +233,6 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
     frames[static_cast<std::size_t>(frame)].source_frame = seam.found.out_begin;
   }
   HeldFrames held{frames, 0};
-  const auto floor = a.contacts.floor ? a.contacts.floor : b.contacts.floor;
   if (options.hold_feet && floor) {
     held = hold_feet(frames, rows, first, *floor, {seam.found.out_begin + seam.join}, true);
   }

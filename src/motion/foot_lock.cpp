@@ -47,6 +47,8 @@ constexpr double kMostLift = 0.07;
 constexpr double kClearanceShare = 0.1;
 constexpr double kLeastClearance = 0.005;
 constexpr double kMostClearance = 0.03;
+/// A captured swing is lifted clear in full where so much of its way was added to it.
+constexpr double kLengthened = 0.25;
 /// How long the height of the floor takes from one part to the next, seconds: as long as most of a
 /// join's own offset (JoinOptions::halflife_s).
 constexpr double kRampS = 0.3;
@@ -86,7 +88,8 @@ struct Foot {
   std::vector<bool> heel_on, toe_on;  // in contact
   Eigen::RowVectorXd toe_share;       // 1 the toe carries, 0 the heel
   std::vector<Stance> stances;
-  Eigen::Matrix3Xd offset;  // 3 x F, metres
+  std::optional<Eigen::Matrix3Xd> added;  // steps that were not captured, 3 x F, metres
+  Eigen::Matrix3Xd offset;                // 3 x F, metres
 
   [[nodiscard]] Index frames() const { return heel.cols(); }
   [[nodiscard]] bool on(Index f) const {
@@ -272,7 +275,8 @@ int take_steps(std::array<Foot, 2>& feet, const FootLockOptions& options, const 
   return steps;
 }
 
-/// Writes the correction of one stance: the carrying point stands still on the floor.
+/// Writes the correction of one stance: the carrying point stands still, on the floor or, where
+/// steps were added to a capture, as high as it is.
 void hold(Foot& foot, const Stance& stance, const FootFloor& floor, const FootLockOptions& options,
           const Scale& scale) {
   const Eigen::Matrix3Xd drift = drift_of(foot, stance);
@@ -281,7 +285,7 @@ void hold(Foot& foot, const Stance& stance, const FootFloor& floor, const FootLo
   const double farthest = std::sqrt(offset.colwise().squaredNorm().maxCoeff());
   const double limit = options.farthest_m * scale.body;
   if (farthest > limit) offset *= limit / farthest;
-  for (Index k = 0; k < offset.cols(); ++k) {
+  for (Index k = 0; k < offset.cols() && !foot.added; ++k) {
     const Index f = stance.begin + k;
     const double share = foot.toe_share(f);
     offset(1, k) =
@@ -376,7 +380,8 @@ double raise(double depth) {
 
 /// Lifts the toes of a foot on its way from one stance to the next to where it swings free, if it
 /// does not get there by itself: what a blend mixes of two swings, or a held foot hurries after,
-/// would drag. Rises and falls within a quarter of the way; a short way is not lifted.
+/// would drag. Rises and falls within a quarter of the way; a short way is not lifted, and a
+/// captured one only as far as steps were added to it.
 void clear_swings(Foot& foot, const FootFloor& floor, const Scale& scale) {
   const std::size_t count = foot.stances.size();
   for (std::size_t n = 0; count > 0 && n <= count; ++n) {
@@ -390,13 +395,18 @@ void clear_swings(Foot& foot, const FootFloor& floor, const Scale& scale) {
     const double clearance =
         std::min(kClearanceShare * std::hypot(way.x(), way.z()), kMostClearance * scale.body);
     if (clearance < kLeastClearance * scale.body) continue;
+    const Index inside = to - from;
+    const double lift =
+        foot.added ? std::min(1.0, foot.added->middleCols(from + 1, inside).rowwise().sum().norm() /
+                                       (kLengthened * std::hypot(way.x(), way.z())))
+                   : 1.0;
     const double quarter = 0.25 * static_cast<double>(to - from);
     for (Index f = from + 1; f < to; ++f) {
       // At the clip's ends too: there the foot may stand on what is not shown.
       const double rise = smootherstep(static_cast<double>(f - from) / quarter);
       const double fall = smootherstep(static_cast<double>(to - f) / quarter);
       const double height = foot.toe(1, f) + foot.offset(1, f) - floor.toe_m;
-      foot.offset(1, f) += std::min(rise, fall) * raise(clearance + kSoftFloorM - height);
+      foot.offset(1, f) += lift * std::min(rise, fall) * raise(clearance + kSoftFloorM - height);
     }
   }
 }
@@ -440,6 +450,7 @@ FootFloor floor_of(const std::array<Foot, 2>& feet) {
 Eigen::RowVectorXd body_shift(const std::array<Foot, 2>& feet, const FootFloor& floor,
                               const FootLockOptions& options, const Scale& scale) {
   const Index frames = feet[0].frames();
+  if (options.added_steps) return Eigen::RowVectorXd::Zero(frames);
   std::vector<Index> borders = {0};
   if (options.level_parts) {
     borders.insert(borders.end(), options.joins.begin(), options.joins.end());
@@ -576,6 +587,14 @@ void require_fit(const Clip& clip, const Humanoid& humanoid, const FootContacts&
                     std::to_string(clip.frame_count()) + " at " +
                     std::to_string(clip.frame_rate_hz()) + " Hz (resample the contacts)");
   }
+  for (std::size_t side = 0; options.added_steps && side < 2; ++side) {
+    const Eigen::Matrix3Xd& steps = (*options.added_steps)[side];
+    if (steps.cols() != clip.frame_count() || !steps.allFinite()) {
+      throw Error(ErrorKind::kData, "lock_feet: " + std::to_string(steps.cols()) +
+                                        " added steps for " + std::to_string(clip.frame_count()) +
+                                        " frames (must be as many, and finite)");
+    }
+  }
   if (!options.joins.empty() &&
       (options.joins.front() < 1 || options.joins.back() >= clip.frame_count())) {
     throw Error(ErrorKind::kUsage, "FootLockOptions::joins must lie inside the clip");
@@ -584,7 +603,8 @@ void require_fit(const Clip& clip, const Humanoid& humanoid, const FootContacts&
 
 /// Where both feet are and touch the ground.
 std::array<Foot, 2> feet_of(const Clip& clip, const Humanoid& humanoid,
-                            const FootContacts& contacts, const Scale& scale) {
+                            const FootContacts& contacts, const FootLockOptions& options,
+                            const Scale& scale) {
   FootPaths paths = foot_paths(clip, humanoid);
   std::array<Foot, 2> feet;
   for (std::size_t side = 0; side < 2; ++side) {
@@ -595,6 +615,7 @@ std::array<Foot, 2> feet_of(const Clip& clip, const Humanoid& humanoid,
     foot.toe_on =
         possible_contacts(contacts, static_cast<FootPoint>(2 * side + 1), foot.toe, scale);
     foot.offset = Eigen::Matrix3Xd::Zero(3, clip.frame_count());
+    if (options.added_steps) foot.added = (*options.added_steps)[side];
   }
   return feet;
 }
@@ -614,7 +635,7 @@ int correct(std::array<Foot, 2>& feet, const Eigen::RowVectorXd& shift, const Fo
     ease(foot, options.ease_s, scale);
     lift_steps(foot, scale);
     clear_swings(foot, floor, scale);
-    keep_above(foot, floor);
+    if (!foot.added) keep_above(foot, floor);
     foot.offset = math::low_pass(foot.offset, scale.rate_hz, kCutoffHz);
   }
   return steps;
@@ -644,7 +665,7 @@ LockedFeet lock_feet(const Clip& given, const Humanoid& humanoid, const FootCont
   const std::array<LegJoints, 2> legs = legs_of(humanoid, model_poses(given));
   const Clip clip = mend_knees(given, legs);
   const Scale scale{clip.frame_rate_hz(), humanoid.leg_length_m() / kStandardLegLengthM};
-  std::array<Foot, 2> feet = feet_of(clip, humanoid, contacts, scale);
+  std::array<Foot, 2> feet = feet_of(clip, humanoid, contacts, options, scale);
   const FootFloor floor = options.floor.value_or(floor_of(feet));
   const Eigen::RowVectorXd shift = body_shift(feet, floor, options, scale);
   LockedFeet locked{clip, 0, correct(feet, shift, floor, options, scale), 0.0, 0.0};

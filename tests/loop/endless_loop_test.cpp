@@ -200,6 +200,47 @@ TEST(SeamlessLoop, AWalkIsLeftToTravelAndABowIsClosed) {
   EXPECT_EQ(bow.travel_m, 0.0);
 }
 
+// They stand while it travels; then the travel is taken out.
+TEST(SeamlessLoop, AWalkInPlaceHasItsFeetHeldToo) {
+  LoopOptions options;
+  options.in_place = true;
+  const motion::Capture walk = phrase("walk_p02");
+  const SeamlessLoop loop = seamless_loop(walk, options);
+  EXPECT_TRUE(loop.closed);
+  EXPECT_GT(loop.foot_stances, 0);
+  options.in_place = false;
+  EXPECT_EQ(loop.foot_stances, seamless_loop(walk, options).foot_stances);
+}
+
+/// The capture on a path that bends by so much a frame.
+motion::Capture bent(const motion::Capture& capture, double yaw_per_frame) {
+  const motion::Clip& clip = capture.clip;
+  Eigen::Matrix3Xd roots(3, clip.frame_count());
+  std::vector<Eigen::Quaterniond> rotations;
+  Eigen::Vector3d place = clip.root_positions().col(0);
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    const Eigen::Quaterniond turn = math::yaw_rotation(yaw_per_frame * f);
+    if (f > 0) {
+      place += turn * (clip.root_positions().col(f) - clip.root_positions().col(f - 1)).eval();
+    }
+    roots.col(f) = place;
+    const auto local = clip.rotations(f);
+    rotations.insert(rotations.end(), local.begin(), local.end());
+    Eigen::Quaterniond& root = rotations[rotations.size() - local.size()];
+    root = (turn * root).normalized();
+  }
+  return {motion::Clip(clip.shared_skeleton(), clip.frame_rate_hz(), roots, rotations),
+          capture.humanoid};
+}
+
+TEST(SeamlessLoop, AWalkOnABentPathFacesTheSameWayAgainInPlace) {
+  LoopOptions options;
+  options.in_place = true;
+  const SeamlessLoop loop = seamless_loop(bent(phrase("walk_p01"), 0.01), options);
+  const int last = loop.clip.frame_count() - 1;
+  EXPECT_LT(math::angle_between(loop.clip.rotation(last, 0), loop.clip.rotation(0, 0)), 0.05);
+}
+
 TEST(JoinClips, BeginsAsTheFirstAndEndsAsTheSecond) {
   const motion::Capture bow = phrase("bow_p01");
   const motion::Capture kick = phrase("kick_p01");
@@ -225,6 +266,11 @@ TEST(EndlessLoop, RefusesClipsThatAreTooShortAndOptionsOutOfRange) {
   EXPECT_THROW(EndlessLoop(tiny, {}), base::Error);
   EXPECT_THROW((void)seamless_loop(tiny), base::Error);
   EXPECT_THROW((void)join_clips(bow, tiny), base::Error);
+  try {
+    (void)join_clips(bow, tiny);
+  } catch (const base::Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("second clip of at least 8 frames, not 7"));
+  }
   LoopOptions options;
   options.seam.overlap_frames = 200;
   EXPECT_THROW(EndlessLoop(bow, options), base::Error);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -31,7 +32,7 @@ class FeetOverASeam : public ::testing::Test {
     incoming = outgoing;
     for (BodyFrame& frame : incoming) frame.move({0.0, Eigen::Vector3d(kApartM, 0.0, 0.0)});
     window = join_window(rows, outgoing, incoming, {.blend_frames = kBlend});
-    over = feet_over_seam(rows, outgoing, incoming, window, kBlend, rate());
+    over = feet_over_seam(rows, outgoing, incoming, window, kBlend, rate(), 0.0);
   }
   [[nodiscard]] double rate() const { return capture.clip.frame_rate_hz(); }
   [[nodiscard]] Eigen::Vector3d place(const BodyFrame& frame, int row) const {
@@ -83,13 +84,52 @@ TEST_F(FeetOverASeam, StandingFeetMakeUpForLessThanABlendWould) {
 
 TEST_F(FeetOverASeam, WhereTheMotionsAgreeFeetGoTheirWay) {
   const JoinedWindow same = join_window(rows, outgoing, outgoing, {.blend_frames = kBlend});
-  const FeetOverSeam feet = feet_over_seam(rows, outgoing, outgoing, same, kBlend, rate());
+  const FeetOverSeam feet = feet_over_seam(rows, outgoing, outgoing, same, kBlend, rate(), 0.0);
   EXPECT_NEAR(feet.slide_m, 0.0, 1e-9);
   for (int t = 0; t < kFrames; ++t) {
     EXPECT_LT(
         (feet.goals[0].col(t) - place(outgoing[static_cast<std::size_t>(t)], rows.feet[0])).norm(),
         1e-6);
   }
+}
+
+// From the path that slides least to the window's own.
+TEST_F(FeetOverASeam, ThePullBringsFeetBackToWhereTheWindowHasThem) {
+  double off_before = 1e9;
+  double slide_before = 0.0;
+  for (const double pull_per_s : {0.0, 5.0, 20.0, 1e5}) {
+    const FeetOverSeam feet =
+        feet_over_seam(rows, outgoing, incoming, window, kBlend, rate(), pull_per_s);
+    double off = 0.0;
+    for (int t = 0; t < kFrames; ++t) {
+      off +=
+          (feet.goals[0].col(t) - place(window.frames[static_cast<std::size_t>(t)], rows.feet[0]))
+              .norm();
+    }
+    EXPECT_LT(off, off_before) << pull_per_s;
+    EXPECT_GT(feet.slide_m, slide_before) << pull_per_s;
+    off_before = off;
+    slide_before = feet.slide_m;
+  }
+  EXPECT_LT(off_before, 1e-4);
+}
+
+// Both motions are one but for the shift, so that alone was added.
+TEST_F(FeetOverASeam, AddedStepsAreThoseOfNeitherMotion) {
+  std::vector<BodyFrame> frames = window.frames;
+  note_added_steps(rows, outgoing, incoming,
+                   step_shares(rows, window.switch_frames, kFrames, kBlend), frames);
+  for (Eigen::Index side = 0; side < 2; ++side) {
+    Eigen::Vector3d all = Eigen::Vector3d::Zero();
+    for (const BodyFrame& frame : frames) all += frame.added_steps.col(side);
+    EXPECT_NEAR(all.x(), kApartM, 1e-9);
+    EXPECT_NEAR(all.z(), 0.0, 1e-9);
+    EXPECT_EQ(frames.front().added_steps.col(side).norm(), 0.0);
+  }
+  // A step turns with the body.
+  BodyFrame turned = frames[kFrames / 2];
+  turned.move({0.5 * std::numbers::pi, Eigen::Vector3d::Zero()});
+  EXPECT_NEAR(turned.added_steps(2, 0), -frames[kFrames / 2].added_steps(0, 0), 1e-12);
 }
 
 TEST_F(FeetOverASeam, AFrameBetweenTwoLiesOnACubic) {

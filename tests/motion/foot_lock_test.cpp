@@ -1,7 +1,9 @@
 #include "laban/motion/foot_lock.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -262,6 +264,50 @@ TEST(FootLock, PartsOfOneCaptureKeepTheirHeight) {
   EXPECT_NEAR(rise(true), -0.03, 0.005);
 }
 
+/// No steps but the capture's own.
+std::array<Eigen::Matrix3Xd, 2> no_added_steps() {
+  return {Eigen::Matrix3Xd::Zero(3, kFrames), Eigen::Matrix3Xd::Zero(3, kFrames)};
+}
+
+TEST(FootLock, OnTheGroundOfACaptureFeetStandStillAtTheHeightsTheyHave) {
+  const Clip clip = sliding();
+  const Eigen::Matrix3Xd toe = left_toe_path(clip);
+  FootLockOptions options;
+  options.floor = FootFloor{toe(1, 90) - 0.05, toe(1, 90) - 0.05};
+  options.level_parts = false;
+  options.deepest_m = 0.0;
+  options.added_steps = no_added_steps();
+  const Clip locked = lock_feet(clip, humanoid_of(clip), left_toe(), options).clip;
+  const Eigen::Matrix3Xd held = left_toe_path(locked);
+  for (int f = kBegin; f < kEnd; ++f) {
+    EXPECT_NEAR(held(1, f), toe(1, f), 1e-3);
+    EXPECT_LT(std::hypot(held(0, f) - held(0, 90), held(2, f) - held(2, 90)), 2e-3);
+  }
+  EXPECT_EQ(locked.root_positions(), clip.root_positions());
+}
+
+TEST(FootLock, OnTheGroundOfACaptureOnlySwingsThatStepsWereAddedToAreLifted) {
+  // The toe drags 12 cm from one stance to the next.
+  const Clip clip = sliding(0.5, 0.12);
+  FootContacts contacts{kRateHz, Eigen::Matrix4Xd::Zero(4, kFrames)};
+  for (const int begin : {10, 120}) {
+    contacts.share.row(index_of(FootPoint::kLeftToe)).segment(begin, 40).setOnes();
+  }
+  FootLockOptions options;
+  options.level_parts = false;
+  options.added_steps = no_added_steps();
+  const auto highest = [&] {
+    const Clip locked = lock_feet(clip, humanoid_of(clip), contacts, options).clip;
+    return (left_toe_path(locked) - left_toe_path(clip)).row(1).segment(55, 60).maxCoeff();
+  };
+  EXPECT_LT(highest(), 1e-3);
+  (*options.added_steps)[0].row(2).segment(60, 50).setConstant(0.002);
+  EXPECT_GT(highest(), 0.008);
+  // What the other foot was given does not lift this one.
+  std::swap((*options.added_steps)[0], (*options.added_steps)[1]);
+  EXPECT_LT(highest(), 1e-3);
+}
+
 TEST(FootLock, WithoutContactsNothingChanges) {
   const Clip clip = sliding();
   const FootContacts none{kRateHz, Eigen::Matrix4Xd::Zero(4, kFrames)};
@@ -292,6 +338,10 @@ TEST(FootLock, SaysWhatIsWrong) {
   options = {};
   options.joins = {kFrames};
   EXPECT_THAT(message_of(left_toe(), options), HasSubstr("joins"));
+  options = {};
+  options.added_steps = no_added_steps();
+  (*options.added_steps)[1].resize(3, 7);
+  EXPECT_THAT(message_of(left_toe(), options), HasSubstr("7 added steps for 180 frames"));
 }
 
 TEST(MotionQuality, FootSkateIsThatOfASlideWorkedByHand) {

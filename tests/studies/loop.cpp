@@ -1,6 +1,7 @@
 // Seams of ten captures of different kinds, by graph cut and by plain cross-fading, of the same
 // overlaps and of the clip's last frames with its first: foot skate, distance to the nearest
-// captured frame, speed and acceleration, with the capture on both sides. Then 1700 frames of each:
+// captured frame, speed and acceleration, with the capture on both sides; "held" is with the feet
+// held as loops hold them, "4 cut, held" what is played. Then 1700 frames of each:
 // how much of the clip they use, and what their seams and turns look like.
 //
 // Usage: loop_study [CLIP...]; without clips those of $LABAN_DATA named below.
@@ -21,6 +22,7 @@
 #include "laban/math/statistics.h"
 #include "laban/motion/motion_quality.h"
 
+#include "loop/foot_slack.h"
 #include "loop/held_feet.h"
 #include "loop/join_window.h"
 #include "loop/seam_search.h"
@@ -150,14 +152,28 @@ SewnSeam ends_of(const Study& study, int overlap) {
   return ends;
 }
 
+/// A cross-fade that can be held as a seam is.
+Frames noted_fade(const BodyRows& rows, const Frames& outgoing, const Frames& incoming) {
+  Frames faded = cross_fade(outgoing, incoming);
+  Eigen::VectorXd shares(std::ssize(faded) - 1);
+  for (Eigen::Index t = 0; t < shares.size(); ++t) {
+    shares[t] = blend_weight(static_cast<double>(t) - 0.5, static_cast<double>(shares.size()));
+  }
+  note_added_steps(rows, outgoing, incoming, {shares, shares}, faded);
+  return faded;
+}
+
 struct Totals {
   std::map<std::string, Figures> mean;
   int clips = 0;
+  // Clips on which the seam as it is played has no more than a method.
+  std::map<std::string, int> skate_no_more;
+  std::map<std::string, int> no_farther;
 };
 
 void study_seams(const Study& study, const SeamOptions& options, Totals& totals) {
-  const SeamTask task{study.rows,   study.frames, study.frames,
-                      study.rate(), study.usual,  &study.capture};
+  const SeamTask task{study.rows,  study.frames,  study.frames,        study.rate(),
+                      study.usual, study.capture, study.contacts.floor};
   const std::vector<SewnSeam> seams = find_seams(task, options, 3);
   const double share = 1.0 / static_cast<double>(seams.size());
   std::map<std::string, Figures> figures;
@@ -169,7 +185,7 @@ void study_seams(const Study& study, const SeamOptions& options, Totals& totals)
     const Frames outgoing(out, out + seam.found.frames);
     Frames incoming(in, in + seam.found.frames);
     for (BodyFrame& frame : incoming) frame.move(seam.outgoing_from_incoming);
-    const Frames faded = cross_fade(outgoing, incoming);
+    const Frames faded = noted_fade(study.rows, outgoing, incoming);
     SewnSeam middle = seam;
     middle.join = seam.found.frames / 2;
     figures["1 cross-fade"].add(study.measure(middle, faded, false), share);
@@ -177,8 +193,11 @@ void study_seams(const Study& study, const SeamOptions& options, Totals& totals)
     figures["3 cut"].add(study.measure(seam, seam.frames, false), share);
     figures["4 cut, held"].add(study.measure(seam, seam.frames, true), share);
   }
+  const Figures played = figures["4 cut, held"];
   for (const auto& [name, value] : figures) {
     print(name.c_str(), value);
+    totals.skate_no_more[name] += played.skate_cm <= value.skate_cm ? 1 : 0;
+    totals.no_farther[name] += played.nearest_cm <= value.nearest_cm ? 1 : 0;
     totals.mean[name].skate_cm += value.skate_cm;
     totals.mean[name].nearest_cm += value.nearest_cm;
     totals.mean[name].speed += value.speed;
@@ -285,6 +304,8 @@ int run(int argc, char** argv) {
     const double n = totals.clips;
     print(name.c_str(),
           {value.skate_cm / n, value.nearest_cm / n, value.speed / n, value.acceleration / n});
+    std::printf("  %-22s a held cut slides no more on %d, is no farther on %d of %d clips\n", "",
+                totals.skate_no_more[name], totals.no_farther[name], totals.clips);
   }
   return 0;
 }

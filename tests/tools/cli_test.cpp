@@ -104,7 +104,10 @@ TEST_F(Cli, LoopSaysWhatDoesNotGoTogether) {
   expect_error("loop synthesize " + kBow + " --seamless --frames 9 -o out.bvh", 2, "--seamless");
   expect_error("loop synthesize " + kBow + " --frames 9 --stream -o out.bvh", 2, "stdout");
   expect_error("loop synthesize " + kBow + " --frames 9 --overlap 90 --texton-frames 50 -o out.bvh",
-               2, "overlap_frames");
+               2, "--overlap 90 is more than --texton-frames 50");
+  expect_error("loop join " + kBow + " " + kBow + " --blend-frames 60 -o out.bvh", 2,
+               "--blend-frames 60 is more than --overlap 50");
+  expect_error("loop synthesize " + kBow + " --seconds nan -o out.bvh", 2, "--seconds nan");
   expect_error("loop turns " + kBow + " --picture turns.pdf", 2, ".png or .svg");
 }
 

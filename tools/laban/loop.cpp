@@ -2,11 +2,20 @@
 
 #include <fmt/core.h>
 
+#include "laban/base/error.h"
 #include "laban/draw/contact_sheet.h"
 
 namespace laban::cli {
 
 loop::SeamOptions SeamChoices::resolved() const {
+  const auto check_least = [](const char* less, int a, const char* more, int b) {
+    if (a > b) {
+      throw base::Error(base::ErrorKind::kUsage,
+                        fmt::format("{} {} is more than {} {}", less, a, more, b));
+    }
+  };
+  check_least("--overlap", options.overlap_frames, "--texton-frames", options.texton_frames);
+  check_least("--blend-frames", options.blend_frames, "--overlap", options.overlap_frames);
   loop::SeamOptions found = options;
   found.metric = metric == "gradient" ? loop::SeamMetric::kGradient : loop::SeamMetric::kDifference;
   found.poisson = !no_poisson;
@@ -77,11 +86,14 @@ Json to_json(const loop::FoundSeam& seam) {
 }
 
 std::string to_text(const loop::FoundSeam& seam) {
+  const std::string slower = seam.played_frames == seam.frames
+                                 ? ""
+                                 : fmt::format(", played in {} frames", seam.played_frames);
   return fmt::format(
-      "frames {} to {} into {} to {}, {:.3f} m apart; speed {:.2f}, acceleration {:.2f} of the "
+      "frames {} to {} into {} to {}{}, {:.3f} m apart; speed {:.2f}, acceleration {:.2f} of the "
       "captured 99th percentile",
       seam.out_begin, seam.out_begin + seam.frames, seam.in_begin, seam.in_begin + seam.frames,
-      seam.distance_m, seam.speed_ratio, seam.acceleration_ratio);
+      slower, seam.distance_m, seam.speed_ratio, seam.acceleration_ratio);
 }
 
 Json to_json(const SeamChoices& choices) {

@@ -20,15 +20,15 @@ struct LoopJoinVerb {
 };
 
 void run(const LoopJoinVerb& verb) {
+  loop::LoopOptions options;
+  options.seam = verb.seam.resolved();
+  options.in_place = verb.in_place;
+  options.hold_feet = !verb.no_foot_fix;
   check_outputs(verb.common, {verb.output, verb.report, verb.picture});
   (void)check_clip_output(verb.output, verb.writing);
   if (!verb.picture.empty()) (void)is_svg(verb.picture);
   const CapturedClip first = read_captured_clip(verb.first, verb.reading, verb.common);
   const CapturedClip second = read_captured_clip(verb.second, verb.reading, verb.common);
-  loop::LoopOptions options;
-  options.seam = verb.seam.resolved();
-  options.in_place = verb.in_place;
-  options.hold_feet = !verb.no_foot_fix;
   const loop::JoinedClips joined = loop::join_clips(first.capture, second.capture, options);
   // A character plays the joined clip alone: its own clip's frames do not cover the second's.
   write_clip(verb.output, joined.clip, verb.common, {first.file.unit_m}, verb.writing);

@@ -186,6 +186,7 @@ void print_text(const LoopSynthesizeVerb& verb, const Json& json, const Made& ma
                made.marks_s.size());
   }
   for (const loop::FoundSeam& seam : made.seams) fmt::print("seam: {}\n", to_text(seam));
+  if (verb.options.in_place) return;  // over which all feet slide
   fmt::print("foot skate {:.3f} cm a frame at 30 Hz, captured {:.3f}\n",
              json["quality"]["output"]["foot_skate_cm"].get<double>(),
              json["quality"]["input"]["foot_skate_cm"].get<double>());
@@ -201,6 +202,7 @@ void stream(const LoopSynthesizeVerb& verb, const CapturedClip& input) {
 }
 
 void check_choices(const LoopSynthesizeVerb& verb) {
+  (void)resolved(verb);
   const auto usage = [](const char* what) { throw Error(ErrorKind::kUsage, what); };
   if (verb.stream) {
     if (verb.seamless) usage("--stream runs on; --seamless makes one round: leave one out");

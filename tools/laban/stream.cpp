@@ -31,9 +31,9 @@ void put(const std::string& text) {
 std::optional<int> AskedLength::resolved(double frame_rate_hz) const {
   if (frames || !seconds) return frames;
   const double count = std::round(*seconds * frame_rate_hz);
-  if (count < 1.0 || count > kMostFrames) {
+  if (!(count >= 1.0 && count <= kMostFrames)) {
     throw Error(ErrorKind::kUsage,
-                fmt::format("--seconds {:g} at {:g} Hz is {:.0f} frames; 1 to {} are made at once: "
+                fmt::format("--seconds {:g} at {:g} Hz is {:g} frames; 1 to {} are made at once: "
                             "--stream without either runs on",
                             *seconds, frame_rate_hz, count, kMostFrames));
   }

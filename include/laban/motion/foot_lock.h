@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <Eigen/Dense>
 
 #include "laban/motion/clip.h"
 #include "laban/motion/foot_contacts.h"
@@ -20,6 +23,12 @@ struct FootLockOptions {
   std::vector<int> joins;
   /// False where all parts are of one capture, whose floor is theirs.
   bool level_parts = true;
+  /// Of a motion that is one capture's, sewn to itself or bent: the steps of the left and the right
+  /// foot, each from the frame before, that were not captured; 3 x F each, metres. The ground is
+  /// then what it was in the capture, level or not: feet stand still at the heights they have, the
+  /// body is not raised, and only swings that such steps lengthen are lifted clear of the floor.
+  /// nullopt: feet stand on the floor.
+  std::optional<std::array<Eigen::Matrix3Xd, 2>> added_steps;
   /// A foot is brought to where it stands, and let go, over this time, seconds.
   double ease_s = 0.25;
   /// Sliding over a join farther than this takes a step.

@@ -70,6 +70,18 @@ void BM_PoissonSolveOnly(benchmark::State& state) {
 }
 BENCHMARK(BM_PoissonSolveOnly)->Arg(100)->Arg(300)->Unit(benchmark::kMicrosecond);
 
+/// All three channels of rotations, as a seam smooths them: one grid, one stacked right side.
+void BM_PoissonOfRotations(benchmark::State& state) {
+  base::Rng rng(2);
+  Eigen::MatrixXd right(3 * kRows, state.range(0));
+  for (Eigen::Index n = 0; n < right.size(); ++n) right(n) = rng.normal();
+  for (auto _ : state) {
+    const PoissonGrid grid(limbs(), static_cast<int>(state.range(0)), 0.01);
+    benchmark::DoNotOptimize(grid.solve(right).data());
+  }
+}
+BENCHMARK(BM_PoissonOfRotations)->Arg(100)->Unit(benchmark::kMicrosecond);
+
 motion::Capture kick() {
   const char* data = std::getenv("LABAN_DATA");
   const std::filesystem::path captured =
