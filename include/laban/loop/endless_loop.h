@@ -25,7 +25,8 @@ struct SeamOptions {
   /// (n_overlap of [Graphcut]), 4 .. texton_frames; half of that where it was shortened.
   int overlap_frames = 50;
   SeamMetric metric = SeamMetric::kDifference;
-  /// Frames of the blend along the seam (k of [Graphcut, eq. 11-13]), >= 1, at most the overlap.
+  /// Frames of the blend along the seam (k of [Graphcut, eq. 11-13]), >= 1, at most the overlap;
+  /// half of them where that is better for feet and poses.
   /// Its weight is of the fifth degree (ours): the acceleration of the paper's cubic leaps at both
   /// ends.
   int blend_frames = 25;
@@ -50,7 +51,8 @@ struct LoopOptions {
   int seam_count = 3;
   /// By how much the probability of a turn changes, in [0, 2].
   double probability_step = 0.25;
-  bool hold_feet = true;  ///< plant the feet where they touch the ground
+  /// Feet stand still where they touch the ground, at the heights they were captured at.
+  bool hold_feet = true;
   bool in_place = false;  ///< take the travel over the ground out
   std::uint64_t seed = 1;
 
