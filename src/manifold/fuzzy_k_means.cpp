@@ -4,6 +4,8 @@
 
 #include "laban/base/error.h"
 
+#include "manifold/samples.h"
+
 namespace laban::manifold {
 namespace {
 
@@ -54,11 +56,11 @@ FuzzyKMeans fuzzy_k_means(const Eigen::Ref<const MatrixXd>& x,
   if (const auto problems = options.problems(); !problems.empty()) {
     throw Error(ErrorKind::kUsage, problems.front());
   }
-  if (x.cols() < 1 || x.rows() < 1 || centers.cols() < 1 || centers.rows() != x.rows() ||
-      !x.allFinite() || !centers.allFinite()) {
-    throw Error(ErrorKind::kData, "fuzzy_k_means: " + std::to_string(x.cols()) + " samples and " +
-                                      std::to_string(centers.cols()) +
-                                      " centres (must be finite and of one dimension)");
+  check_samples("fuzzy_k_means", x);
+  check_samples("fuzzy_k_means", centers);
+  if (centers.rows() != x.rows()) {
+    throw Error(ErrorKind::kData, "fuzzy_k_means: centres of " + std::to_string(centers.rows()) +
+                                      " values for samples of " + std::to_string(x.rows()));
   }
   FuzzyKMeans result;
   result.centers = centers;
@@ -68,7 +70,7 @@ FuzzyKMeans fuzzy_k_means(const Eigen::Ref<const MatrixXd>& x,
     return (result.memberships.array().pow(options.fuzzifier) * squared.array()).sum();
   };
   result.first_objective = objective();
-  while (result.iterations < options.max_iterations && !result.converged) {
+  iterate(result, options.max_iterations, [&] {
     const MatrixXd weights = result.memberships.array().pow(options.fuzzifier);
     for (Index k = 0; k < result.centers.cols(); ++k) {
       const double total = weights.row(k).sum();
@@ -76,10 +78,10 @@ FuzzyKMeans fuzzy_k_means(const Eigen::Ref<const MatrixXd>& x,
     }
     squared = squared_distances(x, result.centers);
     MatrixXd next = memberships_of(squared, options.fuzzifier);
-    result.converged = (next - result.memberships).cwiseAbs().maxCoeff() <= options.tolerance;
+    const double change = (next - result.memberships).cwiseAbs().maxCoeff();
     result.memberships = std::move(next);
-    ++result.iterations;
-  }
+    return change <= options.tolerance;
+  });
   result.objective = objective();
   return result;
 }

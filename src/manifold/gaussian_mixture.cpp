@@ -5,7 +5,11 @@
 #include <limits>
 
 #include "laban/base/error.h"
+#include "laban/manifold/cluster_figures.h"
+#include "laban/manifold/k_means.h"
 #include "laban/math/constants.h"
+
+#include "manifold/samples.h"
 
 namespace laban::manifold {
 namespace {
@@ -64,12 +68,11 @@ double expect(const Eigen::Ref<const MatrixXd>& x, GaussianMixture& mixture) {
 }
 
 GaussianMixture begin(const Eigen::Ref<const MatrixXd>& x, const std::vector<int>& labels) {
-  if (x.cols() < 1 || x.rows() < 1 || std::ssize(labels) != x.cols() || !x.allFinite() ||
-      *std::min_element(labels.begin(), labels.end()) < 0) {
+  check_samples("gaussian_mixture", x);
+  if (std::ssize(labels) != x.cols() || *std::min_element(labels.begin(), labels.end()) < 0) {
     throw Error(ErrorKind::kData, "gaussian_mixture: " + std::to_string(x.cols()) +
                                       " samples and " + std::to_string(labels.size()) +
-                                      " labels (must be as many, at least one, "
-                                      "labels >= 0, samples finite)");
+                                      " labels (must be as many, and >= 0)");
   }
   const Index clusters = *std::max_element(labels.begin(), labels.end()) + 1;
   GaussianMixture mixture;
@@ -81,6 +84,25 @@ GaussianMixture begin(const Eigen::Ref<const MatrixXd>& x, const std::vector<int
     mixture.responsibilities(labels[static_cast<std::size_t>(n)], n) = 1.0;
   }
   return mixture;
+}
+
+/// Labels in which component `left` is given up, its samples going to their next likeliest one, and
+/// the samples of component `cut` are cut into two along their longest axis.
+std::vector<int> swapped_labels(const Eigen::Ref<const MatrixXd>& x, const GaussianMixture& mixture,
+                                Index left, Index cut) {
+  MatrixXd shares = mixture.responsibilities;
+  shares.row(left).setConstant(-1.0);
+  std::vector<int> labels = hard_labels(shares);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(
+      mixture.covariances[static_cast<std::size_t>(cut)]);
+  const Eigen::VectorXd along = axes.eigenvectors().rightCols<1>();
+  for (Index n = 0; n < x.cols(); ++n) {
+    int& label = labels[static_cast<std::size_t>(n)];
+    if (label == cut && along.dot(x.col(n) - mixture.means.col(cut)) > 0.0) {
+      label = static_cast<int>(left);
+    }
+  }
+  return labels;
 }
 
 }  // namespace
@@ -96,6 +118,19 @@ std::vector<std::string> GaussianMixtureOptions::problems() const {
   return found;
 }
 
+std::vector<std::string> MixtureSearchOptions::problems() const {
+  std::vector<std::string> found = em.problems();
+  const auto rule = [&found](int value, int least, const std::string& name) {
+    if (value >= least) return;
+    found.push_back("MixtureSearchOptions::" + name + " = " + std::to_string(value) +
+                    " (must be >= " + std::to_string(least) + ")");
+  };
+  rule(beginnings, 1, "beginnings");
+  rule(swaps, 0, "swaps");
+  rule(brief_iterations, 1, "brief_iterations");
+  return found;
+}
+
 GaussianMixture gaussian_mixture(const Eigen::Ref<const MatrixXd>& x,
                                  const std::vector<int>& labels,
                                  const GaussianMixtureOptions& options) {
@@ -106,14 +141,46 @@ GaussianMixture gaussian_mixture(const Eigen::Ref<const MatrixXd>& x,
   maximize(x, options.floor, mixture);
   mixture.mean_log_likelihood = expect(x, mixture);
   mixture.first_mean_log_likelihood = mixture.mean_log_likelihood;
-  while (mixture.iterations < options.max_iterations && !mixture.converged) {
+  iterate(mixture, options.max_iterations, [&] {
     maximize(x, options.floor, mixture);
     const double likelihood = expect(x, mixture);
-    mixture.converged = likelihood - mixture.mean_log_likelihood < options.tolerance;
+    const double rise = likelihood - mixture.mean_log_likelihood;
     mixture.mean_log_likelihood = likelihood;
-    ++mixture.iterations;
-  }
+    return rise < options.tolerance;
+  });
   return mixture;
+}
+
+GaussianMixture best_gaussian_mixture(const Eigen::Ref<const MatrixXd>& x,
+                                      const std::vector<int>& labels,
+                                      const MixtureSearchOptions& search, base::Rng& rng) {
+  if (const auto problems = search.problems(); !problems.empty()) {
+    throw Error(ErrorKind::kUsage, problems.front());
+  }
+  GaussianMixtureOptions brief = search.em;
+  brief.max_iterations = std::min(brief.max_iterations, search.brief_iterations);
+  GaussianMixture best = gaussian_mixture(x, labels, brief);
+  const auto components = static_cast<int>(best.weights.size());
+  std::vector<int> best_labels = labels;
+  const auto attempt = [&](std::vector<int> from) {
+    GaussianMixture found = gaussian_mixture(x, from, brief);
+    // Fewer labels than components make a smaller mixture, which is not what was asked for.
+    if (found.weights.size() != components) return;
+    if (found.mean_log_likelihood <= best.mean_log_likelihood) return;
+    best = std::move(found);
+    best_labels = std::move(from);
+  };
+  const KMeansOptions once{.clusters = components, .restarts = 1, .swaps = 0};
+  for (int n = 1; n < search.beginnings; ++n) attempt(k_means(x, once, rng).labels);
+  for (int n = 0; n < search.swaps && components > 1; ++n) {
+    const int left = rng.index(components);
+    const int cut = (left + 1 + rng.index(components - 1)) % components;
+    attempt(swapped_labels(x, best, left, cut));
+  }
+  // What is best after a few rounds need not be so in the end.
+  GaussianMixture first = gaussian_mixture(x, labels, search.em);
+  GaussianMixture last = gaussian_mixture(x, best_labels, search.em);
+  return last.mean_log_likelihood > first.mean_log_likelihood ? last : first;
 }
 
 }  // namespace laban::manifold

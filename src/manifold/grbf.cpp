@@ -105,9 +105,13 @@ VectorXd Grbf::at(const Vector2d& x, int outputs) const {
 }
 
 MatrixXd Grbf::at_all(const Eigen::Ref<const Matrix2Xd>& x) const {
+  return at_all(x, output_count());
+}
+
+MatrixXd Grbf::at_all(const Eigen::Ref<const Matrix2Xd>& x, int outputs) const {
   MatrixXd terms(B_.cols(), x.cols());
   for (Index n = 0; n < x.cols(); ++n) terms.col(n) = psi(x.col(n));
-  return B_ * terms;
+  return B_.topRows(outputs) * terms;
 }
 
 Vector2d Grbf::affine_inverse(const Eigen::Ref<const VectorXd>& y) const {

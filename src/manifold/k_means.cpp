@@ -6,6 +6,8 @@
 
 #include "laban/base/error.h"
 
+#include "manifold/samples.h"
+
 namespace laban::manifold {
 namespace {
 
@@ -24,11 +26,7 @@ void check_input(const Eigen::Ref<const MatrixXd>& x, const KMeansOptions& optio
   if (const auto problems = options.problems(); !problems.empty()) {
     throw Error(ErrorKind::kUsage, problems.front());
   }
-  if (x.rows() < 1 || x.cols() < 1 || !x.allFinite()) {
-    throw Error(ErrorKind::kData, "k_means: " + std::to_string(x.rows()) + " x " +
-                                      std::to_string(x.cols()) +
-                                      " samples (must be at least 1 x 1 and finite)");
-  }
+  check_samples("k_means", x);
 }
 
 RowVectorXd squared_distances_to(const Eigen::Ref<const MatrixXd>& x,
@@ -111,18 +109,17 @@ void move_centers(const Eigen::Ref<const MatrixXd>& x, const std::vector<int>& l
   }
 }
 
-KMeans run_once(const Eigen::Ref<const MatrixXd>& x, int clusters, const KMeansOptions& options,
-                base::Rng& rng) {
+/// Lloyd's iterations from these centres.
+KMeans run_from(const Eigen::Ref<const MatrixXd>& x, MatrixXd centers, int max_iterations) {
   KMeans result;
-  result.centers = first_centers(x, clusters, rng);
+  result.centers = std::move(centers);
   result.labels.assign(static_cast<std::size_t>(x.cols()), -1);
   RowVectorXd distances(x.cols());
   static_cast<void>(assign(x, result.centers, result.labels, distances));
-  while (result.iterations < options.max_iterations && !result.converged) {
+  iterate(result, max_iterations, [&] {
     move_centers(x, result.labels, distances, result.centers);
-    result.converged = !assign(x, result.centers, result.labels, distances);
-    ++result.iterations;
-  }
+    return !assign(x, result.centers, result.labels, distances);
+  });
   result.inertia = distances.sum();
   return result;
 }
@@ -131,13 +128,15 @@ KMeans run_once(const Eigen::Ref<const MatrixXd>& x, int clusters, const KMeansO
 
 std::vector<std::string> KMeansOptions::problems() const {
   std::vector<std::string> found;
-  const auto rule = [&found](int value, const std::string& name) {
-    if (value >= 1) return;
-    found.push_back("KMeansOptions::" + name + " = " + std::to_string(value) + " (must be >= 1)");
+  const auto rule = [&found](int value, int least, const std::string& name) {
+    if (value >= least) return;
+    found.push_back("KMeansOptions::" + name + " = " + std::to_string(value) +
+                    " (must be >= " + std::to_string(least) + ")");
   };
-  rule(clusters, "clusters");
-  rule(restarts, "restarts");
-  rule(max_iterations, "max_iterations");
+  rule(clusters, 1, "clusters");
+  rule(restarts, 1, "restarts");
+  rule(swaps, 0, "swaps");
+  rule(max_iterations, 1, "max_iterations");
   return found;
 }
 
@@ -147,7 +146,13 @@ KMeans k_means(const Eigen::Ref<const MatrixXd>& x, const KMeansOptions& options
   KMeans best;
   best.inertia = std::numeric_limits<double>::infinity();
   for (int restart = 0; restart < options.restarts; ++restart) {
-    KMeans result = run_once(x, clusters, options, rng);
+    KMeans result = run_from(x, first_centers(x, clusters, rng), options.max_iterations);
+    if (result.inertia < best.inertia) best = std::move(result);
+  }
+  for (int swap = 0; swap < options.swaps && clusters > 1 && best.inertia > 0.0; ++swap) {
+    MatrixXd centers = best.centers;
+    centers.col(rng.index(clusters)) = x.col(rng.index(static_cast<int>(x.cols())));
+    KMeans result = run_from(x, std::move(centers), options.max_iterations);
     if (result.inertia < best.inertia) best = std::move(result);
   }
   return best;
@@ -165,6 +170,7 @@ ElbowCurve find_elbow(const Eigen::Ref<const MatrixXd>& x, int most, const KMean
   for (int k = 1; k <= last; ++k) {
     KMeansOptions with = options;
     with.clusters = k;
+    with.swaps = 0;  // a bend of 1 % does not ask for the last hundredth
     const double inertia = k_means(x, with, rng).inertia;
     curve.errors.push_back(std::sqrt(inertia / static_cast<double>(x.cols())));
   }

@@ -13,13 +13,13 @@ using base::ErrorKind;
 using Eigen::Index;
 
 /// States other than i that may follow it, the likeliest first, at most two.
-std::vector<int> likeliest(const TransitionMatrix& matrix, int i) {
+std::vector<int> likeliest(const Eigen::RowVectorXd& row, int i) {
   std::vector<int> best;
   for (int rank = 0; rank < 2; ++rank) {
     int found = -1;
-    for (int j = 0; j < matrix.cols(); ++j) {
-      if (j == i || matrix(i, j) <= 0.0 || (rank == 1 && j == best.front())) continue;
-      if (found < 0 || matrix(i, j) > matrix(i, found)) found = j;
+    for (int j = 0; j < row.size(); ++j) {
+      if (j == i || row[j] <= 0.0 || (rank == 1 && j == best.front())) continue;
+      if (found < 0 || row[j] > row[found]) found = j;
     }
     if (found < 0) break;
     best.push_back(found);
@@ -69,15 +69,21 @@ TransitionMatrix perturbed(const TransitionMatrix& matrix, double scale, base::R
 }
 
 std::vector<int> walk_states(const TransitionMatrix& matrix, int start) {
-  if (start < 0 || start >= matrix.rows()) {
+  return walk_states([&matrix](int, int state) { return matrix.row(state); },
+                     static_cast<int>(matrix.rows()), start, -1);
+}
+
+std::vector<int> walk_states(const TransitionRow& row, int state_count, int start, int before) {
+  if (start < 0 || start >= state_count) {
     throw Error(ErrorKind::kUsage, "walk_states: start = " + std::to_string(start) +
-                                       " (must be 0 .. " + std::to_string(matrix.rows() - 1) + ")");
+                                       " (must be 0 .. " + std::to_string(state_count - 1) + ")");
   }
   std::vector<int> states{start};
-  std::vector<bool> visited(static_cast<std::size_t>(matrix.rows()), false);
+  std::vector<bool> visited(static_cast<std::size_t>(state_count), false);
   for (;;) {
     visited[static_cast<std::size_t>(states.back())] = true;
-    const std::vector<int> next = likeliest(matrix, states.back());
+    if (states.size() > 1) before = states[states.size() - 2];
+    const std::vector<int> next = likeliest(row(before, states.back()), states.back());
     if (next.empty()) return states;
     const auto fresh = std::find_if(next.begin(), next.end(),
                                     [&](int j) { return !visited[static_cast<std::size_t>(j)]; });

@@ -141,6 +141,63 @@ Region region_around(const MatrixXd& coordinates) {
   return region;
 }
 
+/// The point near `node` whose pose comes nearest to a vector, by Gauss-Newton steps on the
+/// generator: between nodes, so that a motion is a smooth way over the map and not a staircase.
+/// Only steps that come nearer are taken, and none farther from the node than units lie from each
+/// other.
+Vector2d between_nodes(const Grbf& generator, const Vector2d& node,
+                       const Eigen::Ref<const Eigen::VectorXd>& vector) {
+  constexpr int kSteps = 8;
+  constexpr double kReach = 4.0;     // nodes
+  constexpr double kProbe = 1e-3;    // nodes, of the differences
+  constexpr double kRest = 1e-3;     // nodes; a step below it is the last
+  constexpr double kDamping = 1e-6;  // square metres a square node: flat places keep the node
+  const Region& plane = generator.region();
+  const Vector2d low = (node.array() - kReach).matrix().cwiseMax(plane.low);
+  const Vector2d high = (node.array() + kReach).matrix().cwiseMin(plane.high);
+  Vector2d point = node;
+  Vector2d best = node;
+  double least = std::numeric_limits<double>::infinity();
+  for (int step = 0; step < kSteps; ++step) {
+    Matrix2Xd probes(2, 3);
+    probes << point, point, point;
+    probes(0, 1) += kProbe;
+    probes(1, 2) += kProbe;
+    const MatrixXd poses = generator.at_all(probes, kPoseRowCount);
+    const Eigen::VectorXd left = vector - poses.col(0);
+    const double distance = left.squaredNorm();
+    if (distance >= least) {  // too far: half-way back
+      point = 0.5 * (point + best);
+      continue;
+    }
+    least = distance;
+    best = point;
+    Eigen::Matrix<double, Eigen::Dynamic, 2> slopes(kPoseRowCount, 2);
+    slopes << poses.col(1) - poses.col(0), poses.col(2) - poses.col(0);
+    slopes /= kProbe;
+    Eigen::Matrix2d normal = slopes.transpose() * slopes;
+    normal.diagonal().array() += kDamping;
+    const Vector2d target = point + normal.ldlt().solve(slopes.transpose() * left);
+    point = target.cwiseMax(low).cwiseMin(high);
+    if ((point - best).norm() < kRest) break;
+  }
+  return best;
+}
+
+/// Fits the generator and lays the frames between nodes by it, in turn.
+void fit_generator(PoseManifold& manifold, const MatrixXd& channels, const GrbfOptions& options) {
+  constexpr int kRounds = 2;
+  const MatrixXd vectors = channels.topRows(kPoseRowCount);
+  manifold.points = manifold.nodes(vectors);
+  manifold.generator = fit_grbf(manifold.points, channels, manifold.region(), options);
+  if (manifold.kind != MapKind::kSom) return;
+  for (int round = 0; round < kRounds; ++round) {
+    manifold.points = manifold.places(vectors);
+    manifold.generator = fit_grbf(manifold.points, channels, manifold.region(), options);
+  }
+  manifold.points = manifold.places(vectors);
+}
+
 // ---- primitives ----
 
 struct Clustering {
@@ -150,47 +207,14 @@ struct Clustering {
   double objective;
 };
 
-// Short runs of EM from many beginnings, the best of which are run to their end.
-constexpr int kMixtureBeginnings = 24;
-constexpr int kShortIterations = 15;
-constexpr std::size_t kLongRuns = 3;
-
-/// EM ends in the optimum nearest to where it begins: the best of several.
-GaussianMixture best_mixture(const MatrixXd& points, const std::vector<int>& first_labels,
-                             const KMeansOptions& hard, base::Rng& rng) {
-  struct Beginning {
-    double likelihood = 0.0;
-    std::vector<int> labels;
-  };
-  GaussianMixtureOptions options;
-  options.floor = 1e-4;  // a centimetre: poses are no surer than that
-  GaussianMixtureOptions brief = options;
-  brief.max_iterations = kShortIterations;
-  KMeansOptions once = hard;
-  once.restarts = 1;
-  std::vector<Beginning> beginnings;
-  for (int n = 0; n < kMixtureBeginnings; ++n) {
-    std::vector<int> labels = n == 0 ? first_labels : k_means(points, once, rng).labels;
-    const double likelihood = gaussian_mixture(points, labels, brief).mean_log_likelihood;
-    beginnings.push_back({likelihood, std::move(labels)});
-  }
-  std::stable_sort(
-      beginnings.begin(), beginnings.end(),
-      [](const Beginning& a, const Beginning& b) { return a.likelihood > b.likelihood; });
-  GaussianMixture best = gaussian_mixture(points, beginnings.front().labels, options);
-  for (std::size_t n = 1; n < kLongRuns; ++n) {
-    GaussianMixture other = gaussian_mixture(points, beginnings[n].labels, options);
-    if (other.mean_log_likelihood > best.mean_log_likelihood) best = std::move(other);
-  }
-  return best;
-}
-
 std::vector<Clustering> all_clusterings(const MatrixXd& points, int clusters, base::Rng& rng) {
   KMeansOptions options;
   options.clusters = clusters;
   const KMeans hard = k_means(points, options, rng);
   const FuzzyKMeans fuzzy = fuzzy_k_means(points, hard.centers);
-  const GaussianMixture mixture = best_mixture(points, hard.labels, options, rng);
+  MixtureSearchOptions search;
+  search.em.floor = 1e-4;  // a centimetre: poses are no surer than that
+  const GaussianMixture mixture = best_gaussian_mixture(points, hard.labels, search, rng);
   return {{PrimitiveMethod::kKMeans, hard.centers, hard.labels, hard.inertia},
           {PrimitiveMethod::kFuzzyKMeans, fuzzy.centers, hard_labels(fuzzy.memberships),
            fuzzy.objective},
@@ -240,7 +264,7 @@ Primitives find_primitives(const MatrixXd& coordinates, const PoseManifold& mani
 
 /// Principal components for 95 % of the variance, at least the plane of the first two.
 math::Pca fit_components(const MatrixXd& vectors) {
-  constexpr double kShare = 0.95;
+  constexpr double kShare = 0.98;
   constexpr int kMost = 10;
   math::Pca pca = math::fit_pca(vectors, kMost);
   Index kept = std::min<Index>(2, pca.basis.cols());
@@ -254,20 +278,16 @@ math::Pca fit_components(const MatrixXd& vectors) {
 
 // ---- poses ----
 
-constexpr motion::StandardJoint kLeaves[] = {
-    motion::StandardJoint::kHead, motion::StandardJoint::kLeftHand,
-    motion::StandardJoint::kRightHand, motion::StandardJoint::kLeftToe,
-    motion::StandardJoint::kRightToe};
-
-/// The rotation on the way from `a` to `b` that is `most` radians away from `a`, or `b` if nearer.
-Eigen::Quaterniond towards(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b, double most) {
-  const double angle = math::angle_between(a, b);
-  return angle <= most ? b : a.slerp(most / angle, b).normalized();
+/// Whether positions say nothing of the joint's rotation: it ends a chain.
+bool is_leaf(std::size_t s) {
+  const auto& parents = motion::kStandardParents;
+  return std::find(parents.begin(), parents.end(), static_cast<int>(s)) == parents.end();
 }
 
 ManifoldRig make_rig(const std::vector<motion::Clip>& clips, const motion::Humanoid& humanoid) {
-  return {clips.front().slice(0, 1), humanoid, find_free_joints(clips, humanoid),
-          motion::find_foot_contacts(clips.front(), humanoid).floor};
+  return {{clips.front().slice(0, 1), humanoid,
+           motion::find_foot_contacts(clips.front(), humanoid).floor},
+          find_free_joints(clips, humanoid)};
 }
 
 }  // namespace
@@ -293,6 +313,15 @@ Region PoseManifold::region() const {
 }
 
 Matrix2Xd PoseManifold::places(const Eigen::Ref<const MatrixXd>& vectors) const {
+  Matrix2Xd found = nodes(vectors);
+  if (kind != MapKind::kSom) return found;
+  for (Index n = 0; n < found.cols(); ++n) {
+    found.col(n) = between_nodes(generator, found.col(n), vectors.col(n));
+  }
+  return found;
+}
+
+Matrix2Xd PoseManifold::nodes(const Eigen::Ref<const MatrixXd>& vectors) const {
   Matrix2Xd found(2, vectors.cols());
   if (kind == MapKind::kSom) {
     const std::vector<int> units = best_matching_units(som, vectors).first;
@@ -330,6 +359,15 @@ int PoseManifold::primitive_at(const Vector2d& point) const {
   return static_cast<int>(nearest);
 }
 
+Eigen::Quaterniond turned_towards(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b,
+                                  double most) {
+  const double angle = math::angle_between(a, b);
+  return angle <= most ? b : a.slerp(most / angle, b).normalized();
+}
+
+// A bone may swing this much faster than it turns about itself.
+constexpr double kSwingsATurn = 4.0;
+
 MapPose solve_pose(Eigen::VectorXd channels, const MapPose* before, double most_turn) {
   if (!channels.allFinite()) {
     throw Error(ErrorKind::kNumeric, "pose_at: nothing is known so far off the map");
@@ -340,19 +378,19 @@ MapPose solve_pose(Eigen::VectorXd channels, const MapPose* before, double most_
   std::vector<Eigen::Quaterniond> guide(kStandardJointCount);
   for (std::size_t s = 0; s < wanted.size(); ++s) {
     wanted[s] = from_two_axes(pose.channels.segment<6>(kRotationRow + 6 * static_cast<int>(s)));
-    guide[s] = before == nullptr ? wanted[s] : towards(before->rotations[s], wanted[s], most_turn);
+    guide[s] =
+        before == nullptr ? wanted[s] : turned_towards(before->rotations[s], wanted[s], most_turn);
   }
   const Eigen::Map<const Eigen::Matrix3Xd> places(pose.channels.data(), 3, kStandardJointCount);
   const motion::Skeleton& body = *motion::standard_skeleton();
   pose.rotations = motion::rotations_from_positions(body, places, guide);
-  if (before != nullptr) {
-    for (const motion::StandardJoint leaf : kLeaves) {
-      const auto s = static_cast<std::size_t>(motion::index_of(leaf));
-      const auto parent = static_cast<std::size_t>(motion::kStandardParents[s]);
-      const Eigen::Quaterniond was = before->rotations[parent].conjugate() * before->rotations[s];
-      const Eigen::Quaterniond local = pose.rotations[parent].conjugate() * wanted[s];
-      pose.rotations[s] = (pose.rotations[parent] * towards(was, local, most_turn)).normalized();
-    }
+  for (std::size_t s = 1; s < wanted.size() && before != nullptr; ++s) {
+    const auto parent = static_cast<std::size_t>(motion::kStandardParents[s]);
+    const Eigen::Quaterniond was = before->rotations[parent].conjugate() * before->rotations[s];
+    const Eigen::Quaterniond local =
+        pose.rotations[parent].conjugate() * (is_leaf(s) ? wanted[s] : pose.rotations[s]);
+    const double most = is_leaf(s) ? most_turn : kSwingsATurn * most_turn;
+    pose.rotations[s] = (pose.rotations[parent] * turned_towards(was, local, most)).normalized();
   }
   pose.positions.resize(3, kStandardJointCount);
   pose.positions.col(0) = places.col(0);
@@ -421,8 +459,7 @@ LearnedManifold learn_manifold(std::span<const motion::Capture> captures,
                                        "{}"},
                           {}};
   PoseManifold& manifold = learned.manifold;
-  manifold.points = manifold.places(vectors);
-  manifold.generator = fit_grbf(manifold.points, channels, plane, options.grbf);
+  fit_generator(manifold, channels, options.grbf);
   manifold.primitives =
       find_primitives(manifold.pca.transform(vectors), manifold, options, learned.report);
   if (options.kind == MapKind::kSom) learned.report.map = map_errors(manifold.som, vectors);

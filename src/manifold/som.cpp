@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "laban/base/error.h"
 #include "laban/math/parallel.h"
 #include "laban/math/pca.h"
+
+#include "manifold/samples.h"
 
 namespace laban::manifold {
 namespace {
@@ -26,14 +29,6 @@ constexpr double kFaintShare = 1e-4;
 constexpr double kFaintRadius = 8.0;  // in radii of the narrow one
 // Neighbourhood weights below this are none: a product of two stays a normal number.
 constexpr double kLeastWeight = 1e-150;
-
-void check_samples(const Eigen::Ref<const MatrixXd>& x) {
-  if (x.rows() < 1 || x.cols() < 1 || !x.allFinite()) {
-    throw Error(ErrorKind::kData, "fit_som: " + std::to_string(x.rows()) + " x " +
-                                      std::to_string(x.cols()) +
-                                      " samples (must be at least 1 x 1 and finite)");
-  }
-}
 
 /// The plane of the first two principal components around the mean, which is left out: samples are
 /// centred.
@@ -118,10 +113,70 @@ MatrixXd smoothed_sums(const Eigen::Ref<const MatrixXd>& x, const std::vector<in
 }
 
 double radius_at(const SomOptions& options, int epoch) {
-  const double first =
-      options.first_radius.value_or(0.25 * std::max(options.rows, options.columns));
+  const double first = options.first_radius.value_or(0.5 * std::max(options.rows, options.columns));
   if (options.epochs == 1) return options.last_radius;
   return first * std::pow(options.last_radius / first, epoch / (options.epochs - 1.0));
+}
+
+bool neighbors(const SelfOrganizingMap& map, int a, int b) {
+  return (map.position(a) - map.position(b)).cwiseAbs().maxCoeff() <= 1.0;
+}
+
+/// The node beside `unit` that is no unit itself and nearest to a sample; -1 if there is none.
+int nearest_free_neighbor(const SelfOrganizingMap& map, const std::vector<bool>& is_unit, int unit,
+                          const Eigen::VectorXd& sample) {
+  const int row = unit / map.columns;
+  const int column = unit % map.columns;
+  int nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (int r = std::max(0, row - 1); r <= std::min(map.rows - 1, row + 1); ++r) {
+    for (int c = std::max(0, column - 1); c <= std::min(map.columns - 1, column + 1); ++c) {
+      const int node = r * map.columns + c;
+      const double distance = (map.codebook.col(node) - sample).squaredNorm();
+      if (is_unit[static_cast<std::size_t>(node)] || distance >= least) continue;
+      least = distance;
+      nearest = node;
+    }
+  }
+  return nearest;
+}
+
+/// Draws nodes that are no units to samples whose second-best unit lies elsewhere, in `map`.
+/// @returns the number of such samples before.
+int mend_once(const Eigen::Ref<const MatrixXd>& x, SelfOrganizingMap& map) {
+  const BestUnits best = best_matching_units(map, x);
+  std::vector<bool> is_unit(static_cast<std::size_t>(map.codebook.cols()), false);
+  for (const int unit : best.first) is_unit[static_cast<std::size_t>(unit)] = true;
+  int wrong = 0;
+  for (std::size_t n = 0; n < best.first.size(); ++n) {
+    if (neighbors(map, best.first[n], best.second[n])) continue;
+    ++wrong;
+    const Eigen::VectorXd sample = x.col(static_cast<Index>(n));
+    const int node = nearest_free_neighbor(map, is_unit, best.first[n], sample);
+    if (node < 0) continue;
+    const double nearer = (map.codebook.col(best.first[n]) - sample).norm();
+    const double farther = (map.codebook.col(best.second[n]) - sample).norm();
+    const Eigen::VectorXd away = map.codebook.col(node) - sample;
+    // Between the two, so that it comes second; no further, as the map was in order here.
+    const double wanted = 0.5 * (nearer + farther);
+    if (away.norm() > wanted) map.codebook.col(node) = sample + away * (wanted / away.norm());
+  }
+  return wrong;
+}
+
+/// The map of fewest topographic errors among those after each round. A node drawn to one sample
+/// may have been another's second best, so that errors need not fall in every round.
+SelfOrganizingMap mended(const Eigen::Ref<const MatrixXd>& x, SelfOrganizingMap map, int rounds) {
+  SelfOrganizingMap best = map;
+  int fewest = std::numeric_limits<int>::max();
+  for (int round = 0; round <= rounds && fewest > 0 && rounds > 0; ++round) {
+    SelfOrganizingMap next = map;
+    const int wrong = mend_once(x, next);
+    if (wrong < fewest) best = std::move(map);
+    fewest = std::min(fewest, wrong);
+    map = std::move(next);
+  }
+  return best;
 }
 
 }  // namespace
@@ -138,6 +193,8 @@ std::vector<std::string> SomOptions::problems() const {
   rule(!first_radius || (*first_radius > 0.0 && std::isfinite(*first_radius)),
        "first_radius (must be positive)");
   rule(last_radius > 0.0 && std::isfinite(last_radius), "last_radius (must be positive)");
+  rule(mending_rounds >= 0,
+       "mending_rounds = " + std::to_string(mending_rounds) + " (must be >= 0)");
   rule(threads >= 0, "threads = " + std::to_string(threads) + " (must be >= 0)");
   return found;
 }
@@ -147,7 +204,7 @@ SelfOrganizingMap fit_som(const Eigen::Ref<const MatrixXd>& x, const SomOptions&
   if (const auto problems = options.problems(); !problems.empty()) {
     throw Error(ErrorKind::kUsage, problems.front());
   }
-  check_samples(x);
+  check_samples("fit_som", x);
   const math::Pca pca = math::fit_pca(x, 2);
   const MatrixXd centered = x.colwise() - pca.mean;
   const MatrixXf samples = centered.cast<float>();
@@ -165,7 +222,7 @@ SelfOrganizingMap fit_som(const Eigen::Ref<const MatrixXd>& x, const SomOptions&
     }
   }
   codebook.colwise() += pca.mean;
-  return {options.rows, options.columns, std::move(codebook)};
+  return mended(x, {options.rows, options.columns, std::move(codebook)}, options.mending_rounds);
 }
 
 BestUnits best_matching_units(const SelfOrganizingMap& map, const Eigen::Ref<const MatrixXd>& x) {
@@ -201,8 +258,7 @@ MapErrors map_errors(const SelfOrganizingMap& map, const Eigen::Ref<const Matrix
   MapErrors errors;
   for (std::size_t n = 0; n < best.first.size(); ++n) {
     errors.quantization += (x.col(static_cast<Index>(n)) - map.codebook.col(best.first[n])).norm();
-    const Eigen::Vector2d apart = map.position(best.first[n]) - map.position(best.second[n]);
-    if (apart.cwiseAbs().maxCoeff() > 1.0) errors.topographic += 1.0;
+    if (!neighbors(map, best.first[n], best.second[n])) errors.topographic += 1.0;
   }
   errors.quantization /= static_cast<double>(x.cols());
   errors.topographic /= static_cast<double>(x.cols());

@@ -36,6 +36,19 @@ TEST(MarkovChain, WalksToTheLikeliestAndBeforeACycleToTheSecond) {
   EXPECT_THAT(walk_states(MatrixXd::Identity(2, 2), 1), ElementsAre(1));
 }
 
+// A figure of eight: what follows the middle depends on the loop that led to it.
+TEST(MarkovChain, AWalkMayDependOnTheStateBefore) {
+  const TransitionRow row = [](int before, int state) {
+    Eigen::RowVectorXd next = Eigen::RowVectorXd::Zero(3);
+    if (state != 1) next[1] = 1.0;
+    if (state == 1) next[before == 0 ? 2 : 0] = 1.0;
+    return next;
+  };
+  EXPECT_THAT(walk_states(row, 3, 1, 0), ElementsAre(1, 2, 1));
+  EXPECT_THAT(walk_states(row, 3, 1, 2), ElementsAre(1, 0, 1));
+  EXPECT_THAT(walk_states(row, 3, 0, -1), ElementsAre(0, 1, 2, 1));
+}
+
 TEST(MarkovChain, PerturbationKeepsRowsThatSumToOneAndIsNoneAtZero) {
   MatrixXd matrix(3, 3);
   matrix << 0.5, 0.5, 0.0, 0.0, 0.2, 0.8, 0.0, 0.0, 0.0;

@@ -9,10 +9,11 @@
 #include "laban/manifold/manifold_file.h"
 #include "laban/manifold/map_path.h"
 #include "laban/math/rotation.h"
-#include "laban/motion/forward_kinematics.h"
+#include "laban/motion/motion_quality.h"
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
 #include "laban/motion/root_motion.h"
+#include "support/clip_measures.h"
 
 #include "samples.h"
 
@@ -47,33 +48,6 @@ const LearnedManifold& walks() {
     return learn_manifold(captures, options);
   }();
   return learned;
-}
-
-/// Largest change of a bone's length over a clip, metres.
-double bone_length_spread(const motion::Clip& clip) {
-  Eigen::VectorXd low, high;
-  for (int f = 0; f < clip.frame_count(); ++f) {
-    const Eigen::Matrix3Xd positions = motion::forward_kinematics(clip, f).positions;
-    Eigen::VectorXd lengths = Eigen::VectorXd::Zero(positions.cols());
-    for (int j = 1; j < clip.joint_count(); ++j) {
-      lengths[j] = (positions.col(j) - positions.col(clip.skeleton().joint(j).parent)).norm();
-    }
-    low = f == 0 ? lengths : low.cwiseMin(lengths).eval();
-    high = f == 0 ? lengths : high.cwiseMax(lengths).eval();
-  }
-  return (high - low).maxCoeff();
-}
-
-/// Largest turn of a joint from one frame to the next, radians.
-double largest_turn(const motion::Clip& clip) {
-  double largest = 0.0;
-  for (int f = 1; f < clip.frame_count(); ++f) {
-    for (int j = 0; j < clip.joint_count(); ++j) {
-      largest =
-          std::max(largest, math::angle_between(clip.rotation(f - 1, j), clip.rotation(f, j)));
-    }
-  }
-  return largest;
 }
 
 TEST(PoseVector, IsFreeOfPlaceAndHeadingAndKeepsHeight) {
@@ -203,15 +177,14 @@ TEST(MapPath, PlaysWithConstantBonesAndWithoutFlips) {
   Matrix2Xd places(2, 4);
   places << 0.0, 64.0, 5.0, 60.0, 0.0, 64.0, 60.0, 5.0;
   const motion::Clip clip = play(walks().manifold, path_through(walks().manifold, places));
-  EXPECT_LE(bone_length_spread(clip), 1e-6);
-  EXPECT_LT(largest_turn(clip), 0.5);  // radians in 1/60 s
+  EXPECT_LE(test::bone_length_spread_m(clip), 1e-6);
+  EXPECT_LT(test::largest_turn(clip), 0.5);  // radians in 1/60 s
 }
 
 TEST(MapPath, TheTrainingPathGivesTheCaptureBack) {
   const PoseManifold& manifold = walks().manifold;
   const motion::Capture capture = embedded("phrase_walk_p01");
-  MapPath path;
-  path.points = manifold.points.leftCols(capture.clip.frame_count());
+  const MapPath path = path_along(manifold, manifold.points.leftCols(capture.clip.frame_count()));
   const motion::Clip clip = play(manifold, path, {.lock_feet = false});
   const motion::Clip still = motion::in_place(clip, capture.humanoid);
   ASSERT_EQ(clip.frame_count(), capture.clip.frame_count());
@@ -222,7 +195,81 @@ TEST(MapPath, TheTrainingPathGivesTheCaptureBack) {
     return std::hypot(way.x(), way.z());
   };
   EXPECT_NEAR(length(clip), length(capture.clip), 0.25 * length(capture.clip));
-  EXPECT_LE(bone_length_spread(still), 1e-6);
+  EXPECT_LE(test::bone_length_spread_m(still), 1e-6);
+}
+
+double jerk_of(const motion::Clip& clip, const motion::Capture& capture) {
+  return motion::measure_quality(clip, capture.humanoid, motion::FootFloor{}).jerk_m_s3;
+}
+
+TEST(MapPath, APathThroughEveryFrameDoesNotJitterAsOneOnNodesDoes) {
+  const PoseManifold& manifold = walks().manifold;
+  const motion::Capture capture = embedded("phrase_walk_p01");
+  const Eigen::MatrixXd vectors =
+      pose_vectors(motion::to_pose_matrix(capture.clip, capture.humanoid));
+  MapPath on_nodes;
+  on_nodes.points = manifold.nodes(vectors);
+  const double jitter = jerk_of(play(manifold, on_nodes), capture);
+  const Matrix2Xd points = manifold.points.leftCols(vectors.cols());
+  EXPECT_LT(jerk_of(play(manifold, path_along(manifold, points)), capture), 0.25 * jitter);
+  const MapPath through = path_through(manifold, points);
+  EXPECT_LT(jerk_of(play(manifold, through), capture), 0.7 * jitter);
+  // As fast as the capture, within a quarter.
+  EXPECT_NEAR(static_cast<double>(through.points.cols()), static_cast<double>(points.cols()),
+              0.25 * static_cast<double>(points.cols()));
+}
+
+// Nodes are a node apart: frames on them would be off by up to half of one.
+TEST(PoseManifold, FramesLieBetweenNodesWhereThePoseIsNearest) {
+  const PoseManifold& manifold = walks().manifold;
+  const motion::Capture capture = embedded("phrase_walk_p01");
+  const Eigen::MatrixXd vectors =
+      pose_vectors(motion::to_pose_matrix(capture.clip, capture.humanoid));
+  const auto error = [&](const Matrix2Xd& points) {
+    const Eigen::MatrixXd poses = manifold.generator.at_all(points, kPoseRowCount);
+    return (poses - vectors).colwise().norm().mean();
+  };
+  const Matrix2Xd nodes = manifold.nodes(vectors);
+  const Matrix2Xd places = manifold.places(vectors);
+  EXPECT_LT(error(places), 0.5 * error(nodes));
+  EXPECT_LE((places - nodes).cwiseAbs().maxCoeff(), 4.0);
+  EXPECT_EQ(places, manifold.points.leftCols(places.cols()));
+}
+
+TEST(MapPath, AWalkTravelsAsFastAsTheCapture) {
+  const PoseManifold& manifold = walks().manifold;
+  const motion::Capture capture = embedded("phrase_walk_p01");
+  base::Rng rng(3);
+  const motion::Clip clip =
+      play(manifold, markov_path(manifold, manifold.points.col(0), {.seconds = 6.0}, rng));
+  EXPECT_NEAR(test::travel_speed_m_s(clip), test::travel_speed_m_s(capture.clip),
+              0.25 * test::travel_speed_m_s(capture.clip));
+}
+
+TEST(MapPath, AFlipOfAFreeJointDoesNotComeThrough) {
+  motion::Capture capture = embedded("phrase_walk_p01");
+  const int toe = capture.clip.joint_count() - 1;
+  std::vector<Eigen::Quaterniond> rotations;
+  for (int f = 0; f < capture.clip.frame_count(); ++f) {
+    const auto frame = capture.clip.rotations(f);
+    rotations.insert(rotations.end(), frame.begin(), frame.end());
+    // Any joint may flip: a half turn at every twentieth frame.
+    if (f % 20 == 10) {
+      rotations.back() = rotations.back() * Eigen::Quaterniond(0.0, 0.0, 1.0, 0.0);
+    }
+  }
+  capture.clip = motion::Clip(capture.clip.shared_skeleton(), capture.clip.frame_rate_hz(),
+                              capture.clip.root_positions(), std::move(rotations));
+  EXPECT_GT(test::largest_turn(capture.clip), 2.0);
+  const LearnedManifold learned = learn_manifold({&capture, 1}, small());
+  const PoseManifold& manifold = learned.manifold;
+  const motion::Clip clip = play(manifold, path_along(manifold, manifold.points));
+  double largest = 0.0;
+  for (int f = 1; f < clip.frame_count(); ++f) {
+    largest =
+        std::max(largest, math::angle_between(clip.rotation(f - 1, toe), clip.rotation(f, toe)));
+  }
+  EXPECT_LT(largest, 0.3);  // 12 rad/s at 60 Hz is .2
 }
 
 TEST(MapPath, AWalkOverPrimitivesFillsItsTimeAndRepeatsForASeed) {

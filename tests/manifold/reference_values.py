@@ -14,9 +14,9 @@ d = np.arange(6)[None]
 x = np.sin(0.7 * (d + 1) * n / 10) + 0.3 * np.cos(1.3 * (d + 2) * n / 7)
 
 
-def minisom(x, size, epochs, sigma, rate=0.5, seed=1):
-    """train_random: a sample a step, Gaussian neighbourhood, rate and sigma over 1 + t / (T / 2); begun by
-    pca_weights_init."""
+def minisom(x, size, epochs, sigma, rate=0.5, seed=1, decay="asymptotic"):
+    """train_random: a sample a step, Gaussian neighbourhood, rate and sigma over 1 + t / (T / 2), or
+    linear to 0 and to 1; begun by pca_weights_init."""
     rng = np.random.RandomState(seed)
     steps = epochs * len(x)
     values, vectors = np.linalg.eigh(np.cov(x.T))
@@ -28,9 +28,11 @@ def minisom(x, size, epochs, sigma, rate=0.5, seed=1):
         difference = w - x[rng.randint(len(x))]
         a, b = np.unravel_index(np.einsum("ijk,ijk->ij", difference, difference).argmin(), (size, size))
         fall = 1 + t / (steps / 2)
-        width = sigma / fall
+        width, pull = sigma / fall, rate / fall
+        if decay == "linear":
+            width, pull = sigma + (1 - sigma) * t / steps, rate * (1 - t / steps)
         h = np.outer(np.exp(-((k - a) ** 2) / (2 * width**2)), np.exp(-((k - b) ** 2) / (2 * width**2)))
-        w -= (rate / fall) * h[..., None] * difference
+        w -= pull * h[..., None] * difference
     return w.reshape(size * size, -1)
 
 

@@ -44,6 +44,7 @@ TEST(Som, AnEpochIsTheBatchRule) {
   options.columns = 7;
   options.first_radius = 2.0;
   options.last_radius = 2.0;
+  options.mending_rounds = 0;
   options.epochs = 3;
   const SelfOrganizingMap three = fit_som(x, options);
   options.epochs = 4;
@@ -63,6 +64,19 @@ TEST(Som, IsNoWorseThanMiniSomOnTheSameSamplesAndEpochs) {
   const MapErrors errors = map_errors(fit_som(x, options), x);
   EXPECT_LE(errors.quantization, 0.033195);
   EXPECT_LE(errors.topographic, 0.046667);
+}
+
+// A hundred units in twice as many nodes leave some sample's second best elsewhere.
+TEST(Som, MendingLowersTopographicErrorsAndNoSampleLosesItsUnit) {
+  SomOptions options{.rows = 14, .columns = 14, .epochs = 20};
+  const Eigen::MatrixXd x = reference_samples();
+  options.mending_rounds = 0;
+  const MapErrors before = map_errors(fit_som(x, options), x);
+  options.mending_rounds = 10;
+  const MapErrors after = map_errors(fit_som(x, options), x);
+  EXPECT_GT(before.topographic, 0.0);
+  EXPECT_LE(after.topographic, 0.5 * before.topographic);
+  EXPECT_LE(after.quantization, before.quantization);
 }
 
 TEST(Som, UnitsAreTheNearestByEnumeration) {
@@ -114,6 +128,7 @@ TEST(Som, RefusesWhatItCannotMap) {
   const Eigen::MatrixXd x = reference_samples();
   EXPECT_THROW((void)fit_som(x, {.rows = 1}), base::Error);
   EXPECT_THROW((void)fit_som(x, {.epochs = 0}), base::Error);
+  EXPECT_THROW((void)fit_som(x, {.mending_rounds = -1}), base::Error);
   EXPECT_THROW((void)fit_som(Eigen::MatrixXd(3, 0)), base::Error);
   EXPECT_THROW((void)fit_som(Eigen::MatrixXd::Constant(3, 2, std::nan(""))), base::Error);
   const SelfOrganizingMap map = fit_som(x, {.rows = 2, .columns = 2, .epochs = 1});

@@ -11,10 +11,9 @@
 #include "laban/base/error.h"
 #include "laban/io/clip_file.h"
 #include "laban/manifold/map_path.h"
-#include "laban/math/rotation.h"
-#include "laban/motion/forward_kinematics.h"
 #include "laban/motion/motion_quality.h"
 #include "laban/motion/retarget.h"
+#include "support/clip_measures.h"
 
 namespace {
 
@@ -34,53 +33,27 @@ void write_rows(const std::string& path, const Eigen::MatrixXd& columns) {
   }
 }
 
-/// Largest change of a bone's length over a clip, metres.
-double bone_spread_m(const motion::Clip& clip) {
-  Eigen::VectorXd low;
-  Eigen::VectorXd high;
-  for (int f = 0; f < clip.frame_count(); ++f) {
-    const Eigen::Matrix3Xd positions = motion::forward_kinematics(clip, f).positions;
-    Eigen::VectorXd lengths = Eigen::VectorXd::Zero(positions.cols());
-    for (int j = 1; j < clip.joint_count(); ++j) {
-      lengths[j] = (positions.col(j) - positions.col(clip.skeleton().joint(j).parent)).norm();
-    }
-    low = f == 0 ? lengths : low.cwiseMin(lengths).eval();
-    high = f == 0 ? lengths : high.cwiseMax(lengths).eval();
-  }
-  return (high - low).maxCoeff();
-}
-
-/// Fastest turn of a joint, degrees a second.
-double fastest_turn(const motion::Clip& clip) {
-  double largest = 0.0;
-  for (int f = 1; f < clip.frame_count(); ++f) {
-    for (int j = 0; j < clip.joint_count(); ++j) {
-      largest =
-          std::max(largest, math::angle_between(clip.rotation(f - 1, j), clip.rotation(f, j)));
-    }
-  }
-  return largest * clip.frame_rate_hz() * 57.29577951308232;
-}
-
 void tell_clip(const char* name, const motion::Clip& clip, const motion::Humanoid& humanoid,
                const std::optional<motion::FootFloor>& floor) {
   const motion::MotionQuality quality =
       motion::measure_quality(clip, humanoid, floor.value_or(motion::FootFloor{}));
-  const Eigen::Vector3d way =
-      clip.root_positions().col(clip.frame_count() - 1) - clip.root_positions().col(0);
   std::printf(
       "%-22s %5.2f s, bones change %.1e m, fastest turn %5.0f deg/s, jerk %6.1f m/s^3, skate %.2f "
-      "cm, %.2f m from where it began\n",
-      name, clip.duration_s(), bone_spread_m(clip), fastest_turn(clip), quality.jerk_m_s3,
-      quality.foot_skate_cm, std::hypot(way.x(), way.z()));
+      "cm, %.2f m/s over the ground\n",
+      name, clip.duration_s(), test::bone_length_spread_m(clip),
+      test::largest_turn(clip) * clip.frame_rate_hz() * 57.29577951308232, quality.jerk_m_s3,
+      quality.foot_skate_cm, test::travel_speed_m_s(clip));
 }
 
 void play_all(const manifold::PoseManifold& manifold, const motion::Capture& capture) {
   const auto& floor = manifold.rig.floor;
   tell_clip("capture", capture.clip, capture.humanoid, floor);
-  manifold::MapPath own;
-  own.points = manifold.points;
-  tell_clip("its own path", manifold::play(manifold, own), capture.humanoid, floor);
+  tell_clip("its own path",
+            manifold::play(manifold, manifold::path_along(manifold, manifold.points)),
+            capture.humanoid, floor);
+  tell_clip("keys at each frame",
+            manifold::play(manifold, manifold::path_through(manifold, manifold.points)),
+            capture.humanoid, floor);
   Eigen::Matrix2Xd keys(2, 6);
   for (int k = 0; k < 6; ++k)
     keys.col(k) = manifold.points.col(k * (manifold.points.cols() - 1) / 5);
@@ -106,6 +79,21 @@ void time_poses(const manifold::PoseManifold& manifold) {
   }
   std::printf("a pose from a map point: %.4f ms (mean height of a head %.2f m)\n",
               1e3 * seconds_since(begin) / kPoses, sum / kPoses);
+}
+
+/// Objectives of the clusterings, which alone are random, for further seeds.
+void tell_seeds(const motion::Capture& train) {
+  for (const std::uint64_t seed : {2U, 3U, 4U}) {
+    manifold::LearnOptions options;
+    options.kind = manifold::MapKind::kPca;
+    options.seed = seed;
+    const manifold::LearnReport report = manifold::learn_manifold({&train, 1}, options).report;
+    std::printf("seed %d:", static_cast<int>(seed));
+    for (const manifold::ComparedClusters& one : report.methods) {
+      std::printf("  %s %.4f", std::string(manifold::name_of(one.method)).c_str(), one.objective);
+    }
+    std::printf("\n");
+  }
 }
 
 int study(const std::vector<std::string>& arguments) {
@@ -140,6 +128,7 @@ int study(const std::vector<std::string>& arguments) {
       write_rows(arguments[3], learned.manifold.pca.transform(poses));
     }
   }
+  tell_seeds(train);
   return 0;
 }
 

@@ -12,30 +12,31 @@ namespace {
 
 using Eigen::Index;
 
-/// The frames on the map, takes apart.
-draw::Curve trajectory(const manifold::PoseManifold& manifold) {
+/// A point for each frame of the captures as a curve, takes apart.
+draw::Curve trajectory(const manifold::PoseManifold& manifold, const Eigen::MatrixXd& points) {
   draw::Curve curve;
   curve.name = "captures";
   const auto& begins = manifold.take_begins;
-  for (Index f = 0; f < manifold.points.cols(); ++f) {
+  for (Index f = 0; f < points.cols(); ++f) {
     if (f > 0 && std::find(begins.begin(), begins.end(), static_cast<int>(f)) != begins.end()) {
       curve.x.push_back(std::nan(""));
       curve.y.push_back(std::nan(""));
     }
-    curve.x.push_back(manifold.points(0, f));
-    curve.y.push_back(manifold.points(1, f));
+    curve.x.push_back(points(0, f));
+    curve.y.push_back(points.rows() > 1 ? points(1, f) : 0.0);
   }
   return curve;
 }
 
-draw::Curve centers(const manifold::PoseManifold& manifold) {
+/// The same of the centres of the primitives, as dots.
+draw::Curve centers(const Eigen::MatrixXd& points) {
   draw::Curve curve;
   curve.name = "centres of primitives";
   curve.line = false;
   curve.markers = true;
-  for (Index k = 0; k < manifold.primitives.count(); ++k) {
-    curve.x.push_back(manifold.primitives.centers(0, k));
-    curve.y.push_back(manifold.primitives.centers(1, k));
+  for (Index k = 0; k < points.cols(); ++k) {
+    curve.x.push_back(points(0, k));
+    curve.y.push_back(points.rows() > 1 ? points(1, k) : 0.0);
   }
   return curve;
 }
@@ -45,42 +46,20 @@ draw::ChartPanel map_panel(const manifold::PoseManifold& manifold) {
   panel.title = fmt::format("Map ({} x {})", manifold.som.columns, manifold.som.rows);
   panel.x = {"column", 0.0, manifold.som.columns - 1.0};
   panel.y = {"row", 0.0, manifold.som.rows - 1.0};
-  panel.curves = {trajectory(manifold), centers(manifold)};
+  panel.curves = {trajectory(manifold, manifold.points), centers(manifold.primitives.centers)};
   return panel;
 }
 
-/// The nodes' poses by their first two principal components, one curve a row of the lattice: how
-/// the map lies in the space of poses.
+/// The captures' poses, as the map gives them back, by their first two principal components.
 draw::ChartPanel principal_panel(const manifold::PoseManifold& manifold) {
   draw::ChartPanel panel;
   panel.title =
       fmt::format("Principal components ({:.0f} % of variance)", 100.0 * manifold.plane_share());
   panel.x.label = "first, m";
   panel.y.label = "second, m";
-  draw::Curve curve;
-  curve.name = "captures";
-  const auto& begins = manifold.take_begins;
-  for (Index f = 0; f < manifold.points.cols(); ++f) {
-    if (f > 0 && std::find(begins.begin(), begins.end(), static_cast<int>(f)) != begins.end()) {
-      curve.x.push_back(std::nan(""));
-      curve.y.push_back(std::nan(""));
-    }
-    const Eigen::VectorXd pose =
-        manifold.generator.at(manifold.points.col(f), manifold::kPoseRowCount);
-    const Eigen::VectorXd at = manifold.pca.transform(pose);
-    curve.x.push_back(at[0]);
-    curve.y.push_back(at.size() > 1 ? at[1] : 0.0);
-  }
-  draw::Curve centers;
-  centers.name = "centres of primitives";
-  centers.line = false;
-  centers.markers = true;
-  const Eigen::MatrixXd& at = manifold.primitives.coordinates;
-  for (Index k = 0; k < at.cols(); ++k) {
-    centers.x.push_back(at(0, k));
-    centers.y.push_back(at.rows() > 1 ? at(1, k) : 0.0);
-  }
-  panel.curves = {std::move(curve), std::move(centers)};
+  const Eigen::MatrixXd poses = manifold.generator.at_all(manifold.points, manifold::kPoseRowCount);
+  panel.curves = {trajectory(manifold, manifold.pca.transform(poses)),
+                  centers(manifold.primitives.coordinates)};
   return panel;
 }
 

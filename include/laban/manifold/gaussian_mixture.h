@@ -5,6 +5,8 @@
 
 #include <Eigen/Dense>
 
+#include "laban/base/rng.h"
+
 namespace laban::manifold {
 
 struct GaussianMixtureOptions {
@@ -39,5 +41,26 @@ struct GaussianMixture {
 [[nodiscard]] GaussianMixture gaussian_mixture(const Eigen::Ref<const Eigen::MatrixXd>& x,
                                                const std::vector<int>& labels,
                                                const GaussianMixtureOptions& options = {});
+
+struct MixtureSearchOptions {
+  GaussianMixtureOptions em;
+  int beginnings = 24;  ///< the given labels and k-means of one beginning each, >= 1
+  /// Then so often one component, any, is given up and another cut in two, kept if better, >= 0.
+  int swaps = 60;
+  int brief_iterations = 15;  ///< of EM for each of these, >= 1
+
+  /// Broken rules; empty when valid.
+  [[nodiscard]] std::vector<std::string> problems() const;
+};
+
+/// EM ends in the optimum nearest to where it begins: the best of many short runs, carried to its
+/// end. Components are given up and cut as in [Ueda00], at random.
+///
+/// @param x       D x N, @param labels  N clusters 0 .. K - 1, one of the beginnings.
+/// @throws as gaussian_mixture. The result depends on samples, labels, options and rng alone.
+[[nodiscard]] GaussianMixture best_gaussian_mixture(const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                                    const std::vector<int>& labels,
+                                                    const MixtureSearchOptions& search,
+                                                    base::Rng& rng);
 
 }  // namespace laban::manifold

@@ -48,6 +48,9 @@ class Grbf {
   [[nodiscard]] Eigen::VectorXd at(const Eigen::Vector2d& x, int outputs) const;
   /// M x N values at 2 x N points.
   [[nodiscard]] Eigen::MatrixXd at_all(const Eigen::Ref<const Eigen::Matrix2Xd>& x) const;
+  /// The first `outputs` of them only.
+  [[nodiscard]] Eigen::MatrixXd at_all(const Eigen::Ref<const Eigen::Matrix2Xd>& x,
+                                       int outputs) const;
   /// The point whose affine part comes nearest to the first y.size() outputs, clamped to the
   /// region: the paper's approximate inverse by the polynomial part. @throws Error{kData} if y has
   /// more values than there are outputs.

@@ -12,6 +12,8 @@ namespace laban::manifold {
 struct KMeansOptions {
   int clusters = 10;  ///< >= 1; no more than samples are used
   int restarts = 10;  ///< the best of so many beginnings, >= 1
+  /// Then so often one centre, any, is put on a sample, any, and kept if that ends better, >= 0.
+  int swaps = 300;
   int max_iterations = 300;
 
   /// Broken rules; empty when valid.
@@ -28,11 +30,13 @@ struct KMeans {
 
 /// Lloyd's k-means [Lloyd82], begun by greedy k-means++ [Arthur07]: each further centre is the best
 /// of 2 + log K samples drawn with probability proportional to their squared distance from the
-/// centres so far. A cluster that falls empty takes the sample farthest from its centre.
+/// centres so far. A cluster that falls empty takes the sample farthest from its centre. Random
+/// swaps of a centre [Franti18] then lead out of the optimum nearest to the best beginning.
 ///
 /// @param x  D x N, N >= 1, finite.
 /// @throws Error{kUsage} if `options` has problems; Error{kData} if x is empty or not finite.
-/// Time O(restarts * iterations * N * D * K). The result depends on samples, options and rng alone.
+/// Time O((restarts + swaps) * iterations * N * D * K). The result depends on samples, options and
+/// rng alone.
 [[nodiscard]] KMeans k_means(const Eigen::Ref<const Eigen::MatrixXd>& x,
                              const KMeansOptions& options, base::Rng& rng);
 
@@ -48,6 +52,7 @@ struct ElbowCurve {
 /// loop of poses, whose error falls as 1 / k, gets 10, a surface, as 1 / sqrt k, 14: the paper
 /// finds 10 for a walk and 15 for a ballet.
 /// @param most  >= 1; no more than samples are tried.
+/// Without swaps, whatever `options` say.
 /// @throws as k_means.
 [[nodiscard]] ElbowCurve find_elbow(const Eigen::Ref<const Eigen::MatrixXd>& x, int most,
                                     const KMeansOptions& options, base::Rng& rng);

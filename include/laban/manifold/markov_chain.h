@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -36,6 +37,13 @@ using TransitionMatrix = Eigen::MatrixXd;
 /// @returns states from `start` on; at least that one.
 /// @throws Error{kUsage} if `start` is not a state.
 [[nodiscard]] std::vector<int> walk_states(const TransitionMatrix& matrix, int start);
+
+/// What leads on from a state, given the state before it (-1: none): a row of the matrix.
+using TransitionRow = std::function<Eigen::RowVectorXd(int before, int state)>;
+
+/// The same over `states` states, where what follows may depend on where the walk comes from.
+[[nodiscard]] std::vector<int> walk_states(const TransitionRow& row, int states, int start,
+                                           int before);
 
 /// Mean number of frames that each state lasts, from counts: 1 / (1 - p_ii) of the transition
 /// matrix; a state that is never left lasts as long as it was seen (at least 1 frame).

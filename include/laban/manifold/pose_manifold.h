@@ -17,8 +17,8 @@
 #include "laban/manifold/som.h"
 #include "laban/math/pca.h"
 #include "laban/motion/clip.h"
-#include "laban/motion/foot_contacts.h"
 #include "laban/motion/humanoid.h"
+#include "laban/motion/stored_rig.h"
 
 namespace laban::manifold {
 
@@ -48,12 +48,9 @@ struct Primitives {
 };
 
 /// The body that a manifold's motion is played on: that of the first capture.
-struct ManifoldRig {
-  motion::Clip stance;        ///< one frame of the capture: what no pose says stays as here
-  motion::Humanoid humanoid;  ///< fits `stance`
+struct ManifoldRig : motion::StoredRig {
   /// Joints that play no standard joint and move in the capture; their rotations are learnt too.
   std::vector<int> free_joints;
-  std::optional<motion::FootFloor> floor;  ///< of the capture; nullopt if no foot ever stands
 };
 
 /// The plane of poses that captures have taught: map point -> pose, pose -> map point, primitives.
@@ -75,11 +72,14 @@ struct PoseManifold {
   std::string record_json = "{}";  ///< what made it: JSON object
 
   [[nodiscard]] Region region() const;
-  /// Where a pose vector lies on the map: its best-matching unit, or its principal coordinates
-  /// clamped to the plane. @throws Error{kData} unless it has 63 rows.
+  /// Where a pose vector lies on the map: at the point within four nodes of its best-matching unit
+  /// whose pose is nearest (ours: the paper's points are nodes, and a motion on them a staircase),
+  /// or its principal coordinates clamped to the plane. @throws Error{kData} unless it has 63 rows.
   [[nodiscard]] Eigen::Vector2d place(const Eigen::Ref<const Eigen::VectorXd>& pose_vector) const;
   [[nodiscard]] Eigen::Matrix2Xd places(
       const Eigen::Ref<const Eigen::MatrixXd>& pose_vectors) const;
+  /// The best-matching units' own places; as `places` for kPca.
+  [[nodiscard]] Eigen::Matrix2Xd nodes(const Eigen::Ref<const Eigen::MatrixXd>& pose_vectors) const;
   /// Share of the training poses' variance that the first two principal components hold.
   [[nodiscard]] double plane_share() const;
   /// The primitive of a map point: that of the centre nearest to its pose.

@@ -29,9 +29,11 @@ struct SomOptions {
   int columns = 65;  ///< 2 .. 1000, as rows
   int epochs = 50;   ///< passes over all samples, >= 1
   /// Width (standard deviation, nodes) of the Gaussian neighbourhood in the first epoch, > 0;
-  /// nullopt: a quarter of the longer side. It falls by a constant factor to `last_radius`.
+  /// nullopt: half the longer side [Kohonen01]. It falls by a constant factor to `last_radius`.
   std::optional<double> first_radius;
   double last_radius = 0.5;  ///< in the last epoch, > 0
+  /// Rounds after the epochs in which free nodes beside a unit are drawn to its samples, >= 0.
+  int mending_rounds = 4;
   /// Threads of the search for best-matching units; 0: all cores. The result does not depend on it.
   int threads = 1;
 
@@ -49,6 +51,10 @@ struct SomOptions {
 /// on a faint one of a ten-thousandth the height and eight times the width, which keeps nodes in
 /// order where samples are fewer than nodes (ours). A node so far from all units that its weights
 /// vanish keeps its place.
+///
+/// Where the second-best unit of a sample is no neighbour of its best, the nearest neighbour that
+/// is no unit itself is then drawn to the sample until it is second best (ours): what surrounds a
+/// unit looks like it. No sample comes to lie farther from its unit by that.
 ///
 /// @param x         D x N, a column a sample, N >= 1, finite.
 /// @param progress  may be null; told after each epoch.

@@ -1,14 +1,11 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <Eigen/Dense>
 
-#include "laban/motion/clip.h"
-#include "laban/motion/foot_contacts.h"
-#include "laban/motion/humanoid.h"
+#include "laban/motion/stored_rig.h"
 #include "laban/texture/linear_dynamics.h"
 #include "laban/texture/observation_space.h"
 
@@ -46,11 +43,7 @@ struct Take {
 };
 
 /// The body that a texture's motion is played on: that of the first capture.
-struct TextureRig {
-  motion::Clip stance;                     ///< one frame: what no pose says stays as here
-  motion::Humanoid humanoid;               ///< fits `stance`
-  std::optional<motion::FootFloor> floor;  ///< of the captures; nullopt if no foot ever stands
-};
+using TextureRig = motion::StoredRig;
 
 /// What hours of capture teach [Li02]: textons, which follows which, and the motion itself.
 ///
