@@ -1,7 +1,6 @@
 #include "laban/manifold/pose_vector.h"
 
 #include "laban/base/error.h"
-#include "laban/motion/forward_kinematics.h"
 #include "laban/motion/standard_body.h"
 
 namespace laban::manifold {
@@ -9,8 +8,7 @@ namespace laban::manifold {
 Eigen::MatrixXd pose_vectors(const motion::PoseMatrix& pose) {
   motion::PoseMatrix still = pose;
   still.steps.setZero();
-  const Eigen::Matrix3Xd positions = motion::joint_positions(motion::to_standard_clip(still));
-  return Eigen::Map<const Eigen::MatrixXd>(positions.data(), kPoseRowCount, pose.frame_count());
+  return motion::standard_joint_positions(still);
 }
 
 double mean_joint_distance(const Eigen::Ref<const Eigen::VectorXd>& a,
