@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "laban/align/unseen_costs.h"
 #include "laban/base/error.h"
 #include "laban/math/parallel.h"
 
@@ -26,6 +27,22 @@ align::ContentMetric fit_metric(std::span<const Fragment> fragments, const Train
   if (options.metric_kind == align::MetricKind::kRaw) return align::ContentMetric::raw();
   return align::fit_content_metric(poses_of(fragments), number_contents(fragments).numbers,
                                    number_performers(fragments).numbers, options.metric);
+}
+
+/// What a match inside each content group costs, and at most to be one: of someone new, where the
+/// metric is learnt.
+std::vector<align::GroupCostStatistics> fit_match_costs(std::span<const Fragment> fragments,
+                                                        const Eigen::MatrixXd& mean_cost,
+                                                        const TrainOptions& options) {
+  const std::vector<int> groups = number_contents(fragments).numbers;
+  auto costs = align::group_cost_statistics(mean_cost, groups);
+  if (options.metric_kind == align::MetricKind::kRaw) return costs;
+  const std::vector<int> performers = number_performers(fragments).numbers;
+  align::ContentMetricOptions metric = options.metric;
+  metric.threads = options.threads;
+  return align::with_unseen_thresholds(
+      std::move(costs), align::unseen_costs(poses_of(fragments), groups, performers, metric),
+      groups, performers);
 }
 
 /// Fragments of i's content, nearest first, i itself leading.
@@ -72,7 +89,7 @@ StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& opti
           contents,
           std::move(database),
           std::move(neighbors),
-          align::group_cost_statistics(mean_cost, contents.numbers),
+          fit_match_costs(fragments, mean_cost, options),
           std::move(content_map),
           std::move(coordinates),
           std::move(regressor),
