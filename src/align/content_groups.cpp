@@ -105,7 +105,7 @@ Inside inside_group(const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::spa
       if (i == j || groups[i] != group || groups[j] != group) continue;
       const double cost = mean_cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
       nearest = std::min(nearest, cost);
-      if (i < j) result.pairs.push_back(cost);
+      if (i < j && cost < math::kInfinity) result.pairs.push_back(cost);
     }
     if (nearest < math::kInfinity) result.nearest.push_back(nearest);
   }

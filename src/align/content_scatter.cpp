@@ -46,12 +46,15 @@ std::vector<double> frame_weights(std::span<const Eigen::MatrixXd> sequences,
 Eigen::Matrix3Xd on_branches_between_cuts(const Eigen::Ref<const Eigen::Matrix3Xd>& curve,
                                           const Eigen::Vector3d& reference) {
   constexpr double kCut = 1.0;  // radians from one frame to the next
+  const auto is_cut = [&](Eigen::Index t) {
+    // Rotations are never farther apart than their vectors: most frames need no quaternions.
+    if ((curve.col(t) - curve.col(t - 1)).norm() <= kCut) return false;
+    return math::angle_between(math::exp(curve.col(t - 1)), math::exp(curve.col(t))) > kCut;
+  };
   Eigen::Matrix3Xd result(3, curve.cols());
   Eigen::Index begin = 0;
   for (Eigen::Index t = 1; t <= curve.cols(); ++t) {
-    if (t < curve.cols() &&
-        math::angle_between(math::exp(curve.col(t - 1)), math::exp(curve.col(t))) <= kCut)
-      continue;
+    if (t < curve.cols() && !is_cut(t)) continue;
     result.middleCols(begin, t - begin) =
         on_branch_of(curve.middleCols(begin, t - begin), reference);
     begin = t;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <utility>
@@ -29,6 +28,9 @@ constexpr double kStartRateHz = 5.0;
 constexpr double kClearlyLower = 0.7;
 // A boundary is voted on within half a slow gesture: farther off stands another content's affair.
 constexpr double kVoteReachS = 0.7;
+// What the snippets' own fragments may lose by it. Votes hardly ever ask for more: from 0.05 on to
+// no limit boundaries of left-out performers came out the same.
+constexpr double kMostRise = 0.1;
 
 // Every stride-th frame, the first among them.
 Eigen::MatrixXd thinned(const Eigen::MatrixXd& features, int stride) {
@@ -167,7 +169,7 @@ void vote(const FragmentSet& fragments, const SegmentInputOptions& options,
                      {.voters = options.boundary_voters,
                       .stride = stride_for(rate_hz, options.offset_rate_hz),
                       .reach_frames = static_cast<int>(std::lround(kVoteReachS * rate_hz)),
-                      .most_rise = std::getenv("LABAN_RISE") ? std::atof(std::getenv("LABAN_RISE")) : 0.1},
+                      .most_rise = kMostRise},
                      found.snippets);
   found.cost = 0.0;
   for (const Snippet& snippet : found.snippets) {

@@ -29,20 +29,19 @@ align::ContentMetric fit_metric(std::span<const Fragment> fragments, const Train
                                    number_performers(fragments).numbers, options.metric);
 }
 
-/// What a match inside each content group costs, and at most to be one: of someone new, where the
-/// metric is learnt.
+/// What a match inside each content group costs: of someone new, where the metric is learnt.
 std::vector<align::GroupCostStatistics> fit_match_costs(std::span<const Fragment> fragments,
                                                         const Eigen::MatrixXd& mean_cost,
                                                         const TrainOptions& options) {
   const std::vector<int> groups = number_contents(fragments).numbers;
-  auto costs = align::group_cost_statistics(mean_cost, groups);
-  if (options.metric_kind == align::MetricKind::kRaw) return costs;
-  const std::vector<int> performers = number_performers(fragments).numbers;
+  if (options.metric_kind == align::MetricKind::kRaw)
+    return align::group_cost_statistics(mean_cost, groups);
   align::ContentMetricOptions metric = options.metric;
   metric.threads = options.threads;
-  return align::with_unseen_thresholds(
-      std::move(costs), align::unseen_costs(poses_of(fragments), groups, performers, metric),
-      groups, performers);
+  return align::group_cost_statistics(
+      align::unseen_costs(poses_of(fragments), groups, number_performers(fragments).numbers,
+                          metric),
+      groups);
 }
 
 /// Fragments of i's content, nearest first, i itself leading.

@@ -175,6 +175,18 @@ std::string message_of(base::ErrorKind kind, const Call& call) {
   return "nothing was thrown";
 }
 
+TEST(GroupCostStatistics, DoNotAskPairsOfInfiniteCost) {
+  constexpr double kNo = std::numeric_limits<double>::infinity();
+  Eigen::MatrixXd cost(4, 4);
+  cost << 0, kNo, 2, 3,  //
+      kNo, 0, 4, 7,      //
+      5, 4, 0, kNo,      //
+      5, 9, kNo, 0;
+  const auto statistics = group_cost_statistics(cost, std::vector<int>{0, 0, 0, 0}, 2.0);
+  EXPECT_EQ(statistics[0].median, 3.5);      // of 2, 3, 4, 7
+  EXPECT_EQ(statistics[0].threshold, 10.0);  // nearest others at 2, 4, 4, 5
+}
+
 TEST(ContentGroups, RefuseWrongOptionsAndDistances) {
   const Eigen::MatrixXd distances = Eigen::MatrixXd::Zero(3, 3);
   using base::ErrorKind;

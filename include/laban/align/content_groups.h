@@ -68,7 +68,8 @@ struct GroupCostStatistics {
 /// other member, times `margin`. A group without pairs takes the largest threshold of the others
 /// (infinity if there is none).
 ///
-/// @param mean_cost  N x N of all_pair_costs.
+/// @param mean_cost  N x N of all_pair_costs or unseen_costs; of an entry (i, j) and its mirror,
+///                   i < j, the median asks the first. Infinite ones are of pairs not to be asked.
 /// @param groups     N group numbers, 0 .. G - 1.
 /// @param margin     > 0; 1.5 leaves room for a performer unlike those of the database.
 /// @throws Error{kData} if sizes differ, N = 0 or a group is negative; Error{kUsage} for the
