@@ -60,14 +60,6 @@ Eigen::MatrixXd spread_map(const Eigen::MatrixXd& all, double shrinkage, int dim
   return map;
 }
 
-void require_sizes(std::size_t fragments, std::size_t given, const std::string& what,
-                   const std::string& place) {
-  if (given != 0 && given != fragments) {
-    throw Error(ErrorKind::kUsage, place + ": " + std::to_string(given) + " " + what + " for " +
-                                       std::to_string(fragments) + " fragments");
-  }
-}
-
 }  // namespace
 
 Eigen::MatrixXd on_branch_of(const Eigen::Ref<const Eigen::MatrixXd>& angles,
@@ -150,8 +142,7 @@ std::vector<std::string> ContentMetricOptions::problems() const {
 ContentMetric fit_content_metric(std::span<const PoseMatrix> fragments, std::span<const int> groups,
                                  std::span<const int> performers,
                                  const ContentMetricOptions& options) {
-  const std::vector<std::string> problems = options.problems();
-  if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
+  base::require_none(options.problems());
   if (fragments.empty()) throw Error(ErrorKind::kData, "fit_content_metric: no fragment");
   require_sizes(fragments.size(), groups.size(), "groups", "fit_content_metric");
   require_sizes(fragments.size(), performers.size(), "performers", "fit_content_metric");

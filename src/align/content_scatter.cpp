@@ -105,6 +105,14 @@ void add(Sum& sum, const Eigen::MatrixXd& addend) {
 
 }  // namespace
 
+void require_sizes(std::size_t fragments, std::size_t given, const std::string& what,
+                   const std::string& place) {
+  if (given != 0 && given != fragments) {
+    throw Error(ErrorKind::kUsage, place + ": " + std::to_string(given) + " " + what + " for " +
+                                       std::to_string(fragments) + " fragments");
+  }
+}
+
 Eigen::MatrixXd content_rows(const PoseMatrix& pose, const Eigen::VectorXd& reference) {
   Eigen::MatrixXd rows(kContentRowCount, pose.angles.cols());
   for (Eigen::Index row = 0; row < kAngleRowCount; row += 3) {

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -10,6 +11,10 @@
 #include "laban/motion/pose_matrix.h"
 
 namespace laban::align {
+
+/// @throws Error{kUsage} "place: 3 groups for 4 fragments" if some were given, but not as many.
+void require_sizes(std::size_t fragments, std::size_t given, const std::string& what,
+                   const std::string& place);
 
 /// Who did a fragment; where performers are not known everyone his own.
 [[nodiscard]] inline int performer_of(std::span<const int> performers, std::size_t fragment) {

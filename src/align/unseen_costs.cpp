@@ -36,24 +36,29 @@ std::vector<int> comparable(std::size_t i, std::span<const int> groups,
 Eigen::MatrixXd unseen_costs(std::span<const motion::PoseMatrix> fragments,
                              std::span<const int> groups, std::span<const int> performers,
                              const ContentMetricOptions& options) {
-  if (groups.empty()) throw Error(ErrorKind::kUsage, "unseen_costs: no groups");
-  const ContentMetric metric = fit_content_metric(fragments, groups, performers, options);
+  base::require_none(options.problems());
+  if (fragments.empty() || groups.empty())
+    throw Error(ErrorKind::kData, "unseen_costs: no fragments, or no groups");
+  require_sizes(fragments.size(), groups.size(), "groups", "unseen_costs");
+  require_sizes(fragments.size(), performers.size(), "performers", "unseen_costs");
+  const auto count = static_cast<Eigen::Index>(fragments.size());
+  Eigen::MatrixXd costs = Eigen::MatrixXd::Constant(count, count, math::kInfinity);
   const std::vector<Eigen::MatrixXd> rows =
-      centered_rows(fragments, groups, performers, metric.reference());
+      centered_rows(fragments, groups, performers, common_reference(fragments));
   const ContentScatter scatter(rows, groups, performers, options.threads);
+  const std::optional<Eigen::MatrixXd> within_all = scatter.within();
+  if (!within_all) return costs;  // no two of one content
   std::map<int, std::vector<std::size_t>> fragments_of;
   for (std::size_t i = 0; i < rows.size(); ++i)
     fragments_of[performer_of(performers, i)].push_back(i);
   const std::vector<std::pair<int, std::vector<std::size_t>>> work(fragments_of.begin(),
                                                                    fragments_of.end());
-  const auto count = static_cast<Eigen::Index>(rows.size());
-  Eigen::MatrixXd costs = Eigen::MatrixXd::Constant(count, count, math::kInfinity);
   math::parallel_for(static_cast<int>(work.size()), options.threads, [&](int n) {
     const auto& [performer, own] = work[static_cast<std::size_t>(n)];
     const std::optional<Eigen::MatrixXd> within = scatter.within(performer);
-    const Eigen::MatrixXd map = within ? likelihood_ratio_map(scatter.total(performer), *within,
-                                                              options.shrinkage, options.dimensions)
-                                       : metric.map();
+    const Eigen::MatrixXd map =
+        likelihood_ratio_map(within ? scatter.total(performer) : scatter.total(),
+                             within ? *within : *within_all, options.shrinkage, options.dimensions);
     std::vector<Eigen::MatrixXd> features;
     for (const Eigen::MatrixXd& one : rows) features.push_back(map * one);
     const FragmentIndex index(features);

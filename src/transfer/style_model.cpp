@@ -41,7 +41,7 @@ std::vector<align::GroupCostStatistics> fit_match_costs(std::span<const Fragment
   return align::group_cost_statistics(
       align::unseen_costs(poses_of(fragments), groups, number_performers(fragments).numbers,
                           metric),
-      groups);
+      groups, align::kUnseenThreshold);
 }
 
 /// Fragments of i's content, nearest first, i itself leading.

@@ -1,7 +1,7 @@
 #include "laban/align/unseen_costs.h"
 
-#include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -110,9 +110,29 @@ TEST(UnseenCosts, AreTheSameForAnyNumberOfThreads) {
             unseen_costs(corpus.poses, corpus.groups, corpus.performers, {.threads = 2}));
 }
 
-TEST(UnseenCosts, NeedGroups) {
-  const Corpus corpus = corpus_of_four();
-  EXPECT_THROW((void)unseen_costs(corpus.poses, {}, corpus.performers), base::Error);
+TEST(UnseenCosts, TellNothingWithoutTwoFragmentsOfOneContent) {
+  Corpus corpus;
+  corpus.add(0, 0, 20);
+  corpus.add(1, 1, 21);
+  const Eigen::MatrixXd costs = unseen_costs(corpus.poses, corpus.groups, corpus.performers);
+  EXPECT_EQ(costs, Eigen::MatrixXd::Constant(2, 2, kInfinity));
+}
+
+std::string message_of(const Corpus& corpus) {
+  try {
+    (void)unseen_costs(corpus.poses, corpus.groups, corpus.performers);
+  } catch (const base::Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(UnseenCosts, RefuseWhatDoesNotFitTogether) {
+  Corpus corpus = corpus_of_four();
+  corpus.performers.pop_back();
+  EXPECT_EQ(message_of(corpus), "unseen_costs: 8 performers for 9 fragments");
+  corpus.groups.clear();
+  EXPECT_EQ(message_of(corpus), "unseen_costs: no fragments, or no groups");
 }
 
 }  // namespace

@@ -335,7 +335,8 @@ Belief belief(const Corpus& corpus, int performer, int missing) {
   const auto inside = align::group_cost_statistics(align::all_pair_costs(set.features()).mean_cost,
                                                    database.groups);
   const auto unseen = align::group_cost_statistics(
-      align::unseen_costs(database.poses, database.groups, database.performers), database.groups);
+      align::unseen_costs(database.poses, database.groups, database.performers), database.groups,
+      align::kUnseenThreshold);
   Belief sum;
   const std::size_t kind = missing < 0 ? 0 : 1;
   for (const Take& take : corpus.takes) {
