@@ -45,6 +45,12 @@ Eigen::MatrixXd every(const Eigen::MatrixXd& frames, int first, int stride, int 
   return frames(Eigen::all, Eigen::seqN(first, count, stride));
 }
 
+// What the snippet on one side of a boundary costs at each place of it.
+struct Side {
+  std::vector<double> votes;  // geometric mean of the voters' costs
+  std::vector<double> own;    // cost of the snippet's own fragment
+};
+
 class Voting {
  public:
   Voting(const Eigen::MatrixXd& input, std::span<const Eigen::MatrixXd> fragments,
@@ -64,16 +70,17 @@ class Voting {
         every(input_, before.end - 1 - (now_before - 1) * stride, stride, now_before + later);
     const Eigen::MatrixXd backward =
         every(input_, after.begin + (now_after - 1) * stride, -stride, now_after + earlier);
-    const std::vector<double> ended =
-        side(forward, before, false, now_before - earlier, now_before);
-    const std::vector<double> begun = side(backward, after, true, now_after - later, now_after);
-    const auto sum_at = [&](int shift) {
-      return ended[static_cast<std::size_t>(earlier + shift)] +
-             begun[static_cast<std::size_t>(later - shift)];
+    const Side ended = side(forward, before, false, now_before - earlier, now_before);
+    const Side begun = side(backward, after, true, now_after - later, now_after);
+    const auto sum_at = [&](int shift, std::vector<double> Side::*costs) {
+      return (ended.*costs)[static_cast<std::size_t>(earlier + shift)] +
+             (begun.*costs)[static_cast<std::size_t>(later - shift)];
     };
+    const double most_own = (1.0 + vote_.most_rise) * sum_at(0, &Side::own);
     int best = 0;
     for (int shift = -earlier; shift <= later; ++shift) {
-      if (sum_at(shift) < sum_at(best)) best = shift;
+      if (sum_at(shift, &Side::own) > most_own) continue;
+      if (sum_at(shift, &Side::votes) < sum_at(best, &Side::votes)) best = shift;
     }
     return after.begin + best * stride;
   }
@@ -83,16 +90,17 @@ class Voting {
   }
 
  private:
-  // One side of a boundary: geometric mean of the voters' costs of each prefix of its frames, from
-  // `least` frames on. The voters are the fragments that are nearest to the snippet as it stands,
-  // its first `now` frames.
-  [[nodiscard]] std::vector<double> side(const Eigen::MatrixXd& frames, const Snippet& snippet,
-                                         bool backward, int least, int now) const {
-    std::vector<double> means;
+  // One side of a boundary: of the prefixes of its frames from `least` frames on. The voters are
+  // the fragments that are nearest to the snippet as it stands, its first `now` frames.
+  [[nodiscard]] Side side(const Eigen::MatrixXd& frames, const Snippet& snippet, bool backward,
+                          int least, int now) const {
+    Side result;
     std::vector<std::vector<double>> costs;
     for (std::size_t i = 0; i < fragments_.size(); ++i) {
       if (groups_[i] != group_of(snippet)) continue;
       costs.push_back(prefix_costs(frames, thinned(fragments_[i], backward)));
+      if (static_cast<int>(i) == snippet.fragment)
+        result.own.assign(costs.back().begin() + least - 1, costs.back().end());
     }
     const auto at = static_cast<std::size_t>(now - 1);
     std::stable_sort(costs.begin(), costs.end(),
@@ -102,9 +110,9 @@ class Voting {
       double sum = 0.0;
       for (const std::vector<double>& own : costs)
         sum += std::log(std::max(own[static_cast<std::size_t>(n)], kNoCost));
-      means.push_back(std::exp(sum / static_cast<double>(costs.size())));
+      result.votes.push_back(std::exp(sum / static_cast<double>(costs.size())));
     }
-    return means;
+    return result;
   }
 
   // Every stride-th frame of a fragment, in the direction it is played in.
@@ -121,37 +129,28 @@ class Voting {
   BoundaryVote vote_;
 };
 
-// A snippet of other frames, by the same fragment.
-Snippet recut(const Eigen::MatrixXd& input, std::span<const Eigen::MatrixXd> fragments,
-              Snippet snippet, int begin, int end) {
-  const DtwCost own = dtw_cost(input.middleCols(begin, end - begin),
-                               fragments[static_cast<std::size_t>(snippet.fragment)]);
-  snippet.begin = begin;
-  snippet.end = end;
-  snippet.cost = own.cost;
-  snippet.path_length = own.path_length;
-  return snippet;
-}
-
 }  // namespace
 
 void vote_on_boundaries(const Eigen::MatrixXd& input, std::span<const Eigen::MatrixXd> fragments,
                         std::span<const int> groups, const BoundaryVote& vote,
                         std::vector<Snippet>& snippets) {
   const Voting voting(input, fragments, groups, vote);
+  bool moved = false;
   for (std::size_t n = 1; n < snippets.size(); ++n) {
     Snippet& before = snippets[n - 1];
     Snippet& after = snippets[n];
     if (voting.group_of(before) == voting.group_of(after)) continue;
     const int boundary = voting.boundary(before, after);
-    if (boundary == after.begin) continue;
-    const Snippet ended_there = recut(input, fragments, before, before.begin, boundary);
-    const Snippet begun_there = recut(input, fragments, after, boundary, after.end);
-    // By every frame: a few that fit badly may lie between those that were voted on.
-    if (ended_there.cost + begun_there.cost > (1.0 + vote.most_rise) * (before.cost + after.cost))
-      continue;
-    before = ended_there;
-    after = begun_there;
+    moved = moved || boundary != after.begin;
+    before.end = boundary;
+    after.begin = boundary;
+  }
+  if (!moved) return;
+  for (Snippet& snippet : snippets) {
+    const DtwCost own = dtw_cost(input.middleCols(snippet.begin, snippet.end - snippet.begin),
+                                 fragments[static_cast<std::size_t>(snippet.fragment)]);
+    snippet.cost = own.cost;
+    snippet.path_length = own.path_length;
   }
 }
 

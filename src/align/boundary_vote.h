@@ -25,14 +25,14 @@ struct BoundaryVote {
 /// The voters are the fragments of a content that are nearest to the snippet as it stands. The cost
 /// of a place is the geometric mean of the voters' path costs of all from the snippet before's
 /// begin to there, and the same of all from there to the snippet after's end: a fragment that fits
-/// far better than all others decides alone. A boundary stays where the snippets' own fragments,
-/// which are what they are matched to, would fit clearly worse. Snippets keep their fragments;
+/// far better than all others decides alone. Places where the snippets' own fragments fit clearly
+/// worse are left out: they are what the snippets are matched to. Snippets keep their fragments;
 /// their costs are those of their new frames.
 ///
 /// @param input      D x T.
 /// @param fragments  each D x T_i.
 /// @param groups     content of each fragment.
-/// @param snippets   cover the input, each with the cost of its fragment's best path.
+/// @param snippets   cover the input.
 void vote_on_boundaries(const Eigen::MatrixXd& input, std::span<const Eigen::MatrixXd> fragments,
                         std::span<const int> groups, const BoundaryVote& vote,
                         std::vector<Snippet>& snippets);

@@ -10,13 +10,11 @@
 
 namespace laban::align {
 
-/// Thresholds from unseen_costs: what the middle one of a group's performers is from his nearest. An
-/// input comes nearer than a fragment does, since its mean pose is fitted to the match and it may be
-/// cut where that helps. Of single takes of left-out performers, @@KNOWN@@ %
-/// of the frames then match where the database knows the content, @@UNKNOWN@@ % where
-/// it does not (HDM05; Bandai; segmentation_study). By the costs of the
-/// farthest one hardly anything would be refused, by costs inside the database, under a metric that
-/// knows everyone, what is known would be too.
+/// Thresholds from unseen_costs: what nine of ten performers' fragments are at most from their
+/// nearest. An input comes nearer than a fragment does: its mean pose is fitted to the match, and
+/// it is cut where that helps. Of single takes of left-out performers (segmentation_study; HDM05)
+/// 96 % of the frames then match where the database knows the content, 81 % where it lacks it; with
+/// the costs inside the database, of a metric that knows everyone, 86 % and 48 %.
 inline constexpr MatchThreshold kUnseenThreshold = {.percentile = 90.0, .margin = 1.0};
 
 /// What matches cost under a metric that does not know the one who is matched: entry (i, j) is the
