@@ -105,7 +105,7 @@ Inside inside_group(const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::spa
       if (i == j || groups[i] != group || groups[j] != group) continue;
       const double cost = mean_cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
       nearest = std::min(nearest, cost);
-      if (i < j) result.pairs.push_back(cost);
+      if (i < j && cost < math::kInfinity) result.pairs.push_back(cost);
     }
     if (nearest < math::kInfinity) result.nearest.push_back(nearest);
   }
@@ -259,9 +259,10 @@ std::vector<int> content_groups(const Eigen::Ref<const Eigen::MatrixXd>& distanc
 
 std::vector<GroupCostStatistics> group_cost_statistics(
     const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::span<const int> groups,
-    double margin) {
-  if (!(margin > 0.0)) {
-    throw Error(ErrorKind::kUsage, "group_cost_statistics: margin must be > 0");
+    const MatchThreshold& threshold) {
+  if (!(threshold.margin > 0.0 && threshold.percentile >= 0.0 && threshold.percentile <= 100.0)) {
+    throw Error(ErrorKind::kUsage,
+                "group_cost_statistics: margin must be > 0 and percentile in [0, 100]");
   }
   if (groups.empty() || mean_cost.rows() != static_cast<Eigen::Index>(groups.size()) ||
       mean_cost.cols() != mean_cost.rows() || *std::min_element(groups.begin(), groups.end()) < 0) {
@@ -274,9 +275,9 @@ std::vector<GroupCostStatistics> group_cost_statistics(
   for (int g = 0; g < group_count; ++g) {
     const Inside inside = inside_group(mean_cost, groups, g);
     if (inside.pairs.empty()) continue;
-    const double nearest = *std::max_element(inside.nearest.begin(), inside.nearest.end());
-    statistics[static_cast<std::size_t>(g)] = {math::median(inside.pairs), margin * nearest, true};
-    dearest = std::max(dearest, margin * nearest);
+    const double most = threshold.margin * math::percentile(inside.nearest, threshold.percentile);
+    statistics[static_cast<std::size_t>(g)] = {math::median(inside.pairs), most, true};
+    dearest = std::max(dearest, most);
   }
   for (GroupCostStatistics& s : statistics) {
     if (!s.has_pairs) s.threshold = dearest > 0.0 ? dearest : math::kInfinity;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "laban/align/unseen_costs.h"
 #include "laban/base/error.h"
 #include "laban/math/parallel.h"
 
@@ -26,6 +27,21 @@ align::ContentMetric fit_metric(std::span<const Fragment> fragments, const Train
   if (options.metric_kind == align::MetricKind::kRaw) return align::ContentMetric::raw();
   return align::fit_content_metric(poses_of(fragments), number_contents(fragments).numbers,
                                    number_performers(fragments).numbers, options.metric);
+}
+
+/// What a match inside each content group costs: of someone new, where the metric is learnt.
+std::vector<align::GroupCostStatistics> fit_match_costs(std::span<const Fragment> fragments,
+                                                        const Eigen::MatrixXd& mean_cost,
+                                                        const TrainOptions& options) {
+  const std::vector<int> groups = number_contents(fragments).numbers;
+  if (options.metric_kind == align::MetricKind::kRaw)
+    return align::group_cost_statistics(mean_cost, groups);
+  align::ContentMetricOptions metric = options.metric;
+  metric.threads = options.threads;
+  return align::group_cost_statistics(
+      align::unseen_costs(poses_of(fragments), groups, number_performers(fragments).numbers,
+                          metric),
+      groups, align::kUnseenThreshold);
 }
 
 /// Fragments of i's content, nearest first, i itself leading.
@@ -72,7 +88,7 @@ StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& opti
           contents,
           std::move(database),
           std::move(neighbors),
-          align::group_cost_statistics(mean_cost, contents.numbers),
+          fit_match_costs(fragments, mean_cost, options),
           std::move(content_map),
           std::move(coordinates),
           std::move(regressor),

@@ -17,7 +17,7 @@ using base::ErrorKind;
 using nlohmann::ordered_json;
 
 constexpr const char* kKind = "laban.style";
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
 
 Array to_array(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   Array array{static_cast<int>(matrix.rows()), static_cast<int>(matrix.cols()), {}};
@@ -216,9 +216,12 @@ align::ContentMetric load_metric(const Reader& reader, const Container& containe
   if (header.at("metric") == "raw") return align::ContentMetric::raw();
   reader.require(header.at("metric") == "content", "its metric is unknown");
   Eigen::MatrixXd map = to_matrix(container.array("metric.map"));
-  if (map.cols() == motion::kAngleRowCount) {  // version 1: angles alone
+  // Older versions looked at less: 1 at the angles alone, 2 at angles and height. What came later
+  // counts nothing there.
+  const Eigen::Index known = map.cols();
+  if (known == motion::kAngleRowCount || known == motion::kAngleRowCount + 1) {
     map.conservativeResize(Eigen::NoChange, align::kContentRowCount);
-    map.rightCols<1>().setZero();
+    map.rightCols(align::kContentRowCount - known).setZero();
   }
   return {std::move(map), reader.matrix("metric.reference", motion::kAngleRowCount, 1)};
 }

@@ -154,7 +154,7 @@ TEST(GroupCostStatistics, AreMedianAndDearestNearestNeighbour) {
       9, 9, 9, 5, 0, 9,      //
       9, 9, 9, 9, 9, 0;
   const std::vector<int> groups = {0, 0, 0, 1, 1, 2};
-  const auto statistics = group_cost_statistics(cost, groups, 2.0);
+  const auto statistics = group_cost_statistics(cost, groups, {.margin = 2.0});
   ASSERT_EQ(statistics.size(), 3U);
   EXPECT_EQ(statistics[0].median, 2.0);
   EXPECT_EQ(statistics[0].threshold, 4.0);  // nearest others at 1, 1, 2
@@ -173,6 +173,21 @@ std::string message_of(base::ErrorKind kind, const Call& call) {
     return error.what();
   }
   return "nothing was thrown";
+}
+
+TEST(GroupCostStatistics, DoNotAskPairsOfInfiniteCost) {
+  constexpr double kNo = std::numeric_limits<double>::infinity();
+  Eigen::MatrixXd cost(4, 4);
+  cost << 0, kNo, 2, 3,  //
+      kNo, 0, 4, 7,      //
+      5, 4, 0, kNo,      //
+      5, 9, kNo, 0;
+  const std::vector<int> groups = {0, 0, 0, 0};
+  const auto statistics = group_cost_statistics(cost, groups, {.margin = 2.0});
+  EXPECT_EQ(statistics[0].median, 3.5);      // of 2, 3, 4, 7
+  EXPECT_EQ(statistics[0].threshold, 10.0);  // nearest others at 2, 4, 4, 5
+  const auto middle = group_cost_statistics(cost, groups, {.percentile = 50.0, .margin = 1.0});
+  EXPECT_EQ(middle[0].threshold, 4.0);
 }
 
 TEST(ContentGroups, RefuseWrongOptionsAndDistances) {

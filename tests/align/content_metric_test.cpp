@@ -11,6 +11,8 @@
 #include "laban/math/rotation.h"
 #include "support/clips.h"
 
+#include "align/content_rows.h"
+
 namespace laban::align {
 namespace {
 
@@ -92,15 +94,15 @@ TEST(ContentMetric, RawFeaturesAreTheAngles) {
   EXPECT_EQ(ContentMetric::raw().features(pose, Eigen::VectorXd::Ones(63)), pose.angles);
 }
 
-// The scatter matrices by their definitions, with loops: 63 angles and the height.
+// The scatter matrices by their definitions, with loops.
 struct Scatter {
-  Eigen::MatrixXd within = Eigen::MatrixXd::Zero(64, 64);
-  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(64, 64);
+  Eigen::MatrixXd within = Eigen::MatrixXd::Zero(kContentRowCount, kContentRowCount);
+  Eigen::MatrixXd total = Eigen::MatrixXd::Zero(kContentRowCount, kContentRowCount);
 };
 
 Eigen::MatrixXd rows_of(const PoseMatrix& pose) {
-  Eigen::MatrixXd rows(64, pose.frame_count());
-  rows << pose.angles, pose.height;
+  Eigen::MatrixXd rows(kContentRowCount, pose.frame_count());
+  rows << pose.angles, pose.height, joint_places(pose), travel(pose);
   return rows;
 }
 
@@ -117,7 +119,7 @@ double frames_of(const Corpus& corpus, int group, int performer) {
 std::vector<Eigen::MatrixXd> plain_rows(const Corpus& corpus) {
   std::vector<Eigen::MatrixXd> rows;
   for (std::size_t i = 0; i < corpus.poses.size(); ++i) {
-    Eigen::VectorXd mean = Eigen::VectorXd::Zero(64);
+    Eigen::VectorXd mean = Eigen::VectorXd::Zero(kContentRowCount);
     for (std::size_t j = 0; j < corpus.poses.size(); ++j) {
       if (corpus.performers[j] != corpus.performers[i]) continue;
       mean += rows_of(corpus.poses[j]).rowwise().sum() /
@@ -131,7 +133,7 @@ std::vector<Eigen::MatrixXd> plain_rows(const Corpus& corpus) {
 Scatter plain_scatter(const Corpus& corpus) {
   const std::vector<Eigen::MatrixXd> rows = plain_rows(corpus);
   Scatter scatter;
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(64);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(kContentRowCount);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double share = 0.5 / frames_of(corpus, corpus.groups[i], -1);
     mean += share * rows[i].rowwise().sum();
@@ -139,7 +141,7 @@ Scatter plain_scatter(const Corpus& corpus) {
   }
   scatter.total -= mean * mean.transpose();
   for (int group = 0; group < 2; ++group) {
-    Eigen::MatrixXd within = Eigen::MatrixXd::Zero(64, 64);
+    Eigen::MatrixXd within = Eigen::MatrixXd::Zero(kContentRowCount, kContentRowCount);
     double pairs = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       for (std::size_t j = i + 1; j < rows.size(); ++j) {
@@ -163,9 +165,11 @@ TEST(FitContentMetric, IsTheLikelihoodRatioOfItsScatterMatrices) {
   const Corpus corpus = small_corpus(true);  // one performer's pair of takes does not count
   const double shrinkage = 0.2;
   const Scatter scatter = plain_scatter(corpus);
-  Eigen::VectorXd ridge(64);
+  Eigen::VectorXd ridge(kContentRowCount);
   ridge.head(63).setConstant(shrinkage * scatter.within.diagonal().head(63).mean());
   ridge[63] = shrinkage * scatter.within(63, 63) + 4e-4;
+  ridge.segment(64, 60).setConstant(shrinkage * scatter.within.diagonal().segment(64, 60).mean());
+  ridge.tail(2).setConstant(shrinkage * scatter.within.diagonal().tail(2).mean() + 2.5e-3);
   Eigen::MatrixXd within = (1.0 - shrinkage) * scatter.within;
   within.diagonal() += ridge;
   // By whitening S_w and clipping the eigenvalues of the whitened S_t, instead of the generalised
@@ -179,8 +183,9 @@ TEST(FitContentMetric, IsTheLikelihoodRatioOfItsScatterMatrices) {
   const Eigen::MatrixXd expected = inverse_root.transpose() * whitened.eigenvectors() *
                                    weight.asDiagonal() * whitened.eigenvectors().transpose() *
                                    inverse_root;
-  const ContentMetric metric = fit_content_metric(corpus.poses, corpus.groups, corpus.performers,
-                                                  {.shrinkage = shrinkage, .dimensions = 64});
+  const ContentMetric metric =
+      fit_content_metric(corpus.poses, corpus.groups, corpus.performers,
+                         {.shrinkage = shrinkage, .dimensions = kContentRowCount});
   EXPECT_GT(weight.maxCoeff(), 0.5);  // there is something to find
   EXPECT_TRUE((metric.map().transpose() * metric.map()).isApprox(expected, 1e-6));
 }
@@ -236,7 +241,8 @@ TEST(FitContentMetric, ForgetsAPerformersConstantPosture) {
     const std::vector<PoseMatrix> own = {c.poses[1], c.poses[4]};  // performer 1
     return metric.features(c.poses[1], metric.mean_pose(own));
   };
-  EXPECT_TRUE(features(stooped).isApprox(features(corpus), 1e-6));
+  // What is left: a posture moves where the limbs go by a little more than a constant.
+  EXPECT_TRUE(features(stooped).isApprox(features(corpus), 0.1));
 }
 
 TEST(FitContentMetric, BringsContentsApartBetterThanRawAngles) {
@@ -316,8 +322,8 @@ TEST(FitContentMetric, RefusesWhatItCannotLearnFrom) {
                          [&] { (void)fit_content_metric(poses, {}, {}, {.shrinkage = 2.0}); }),
               testing::StartsWith("ContentMetricOptions::shrinkage = 2"));
   EXPECT_EQ(message_of(ErrorKind::kUsage,
-                       [&] { (void)fit_content_metric(poses, {}, {}, {.dimensions = 65}); }),
-            "ContentMetricOptions::dimensions = 65 (must be 1 to 64)");
+                       [&] { (void)fit_content_metric(poses, {}, {}, {.dimensions = 127}); }),
+            "ContentMetricOptions::dimensions = 127 (must be 1 to 126)");
   EXPECT_THAT(
       message_of(ErrorKind::kData,
                  [] { ContentMetric(Eigen::MatrixXd::Zero(2, 60), Eigen::VectorXd::Zero(63)); }),

@@ -168,18 +168,25 @@ std::map<int, Eigen::VectorXd> mean_poses(const transfer::StyleModel& model) {
 
 /// The group of the database's fragment of least mean DTW cost to features of the same metric; the
 /// fragments `made_of` are not asked.
-int nearest_group(const align::FragmentSet& database, const Eigen::MatrixXd& features,
-                  const std::vector<int>& made_of) {
-  int nearest = -1;
-  double least = std::numeric_limits<double>::infinity();
+struct Named {
+  int group = -1;
+  std::vector<double> least;  ///< cost of each group's nearest
+};
+
+Named nearest_group(const align::FragmentSet& database, const Eigen::MatrixXd& features,
+                    const std::vector<int>& made_of) {
+  const int groups = *std::max_element(database.groups().begin(), database.groups().end()) + 1;
+  Named named{-1, std::vector<double>(static_cast<std::size_t>(groups),
+                                      std::numeric_limits<double>::infinity())};
   for (int k = 0; k < database.fragment_count(); ++k) {
     if (std::find(made_of.begin(), made_of.end(), k) != made_of.end()) continue;
     const auto cell = static_cast<std::size_t>(k);
-    const double cost = align::dtw_cost(features, database.features()[cell]).mean_cost();
-    if (cost < least) nearest = database.groups()[cell];
-    least = std::min(least, cost);
+    double& least = named.least[static_cast<std::size_t>(database.groups()[cell])];
+    least = std::min(least, align::dtw_cost(features, database.features()[cell]).mean_cost());
   }
-  return nearest;
+  named.group = static_cast<int>(std::min_element(named.least.begin(), named.least.end()) -
+                                 named.least.begin());
+  return named;
 }
 
 /// Names what a snippet shows. The content metric looks at poses relative to the performer's mean
@@ -191,8 +198,8 @@ class ActionNamer {
   explicit ActionNamer(const transfer::StyleModel& model)
       : model_(model), mean_poses_(mean_poses(model)) {}
 
-  [[nodiscard]] int name(const motion::PoseMatrix& pose,
-                         const transfer::BlendChoice& choice) const {
+  [[nodiscard]] Named name(const motion::PoseMatrix& pose,
+                           const transfer::BlendChoice& choice) const {
     Eigen::VectorXd mean = Eigen::VectorXd::Zero(align::kContentRowCount);
     std::vector<int> made_of;
     for (const transfer::BlendShare& share : choice.shares()) {
@@ -214,14 +221,21 @@ void count_named(const transfer::StyleModel& model, const ActionNamer& namer,
     if (snippet.kept) continue;
     ++row.snippets;
     const int group = model.contents.numbers[static_cast<std::size_t>(snippet.fragment)];
-    const int named =
+    const Named named =
         namer.name(applied.pose.slice(snippet.output_begin, snippet.output_end), snippet.choice);
-    if (named == group) {
+    if (named.group == group) {
       ++row.named;
-    } else {
-      row.misnamed += "  " + model.contents.names[static_cast<std::size_t>(group)] + " named " +
-                      model.contents.names[static_cast<std::size_t>(named)];
+      continue;
     }
+    const auto told = [&](int g) {
+      char cost[32];
+      std::snprintf(cost, sizeof cost, " %.2f", named.least[static_cast<std::size_t>(g)]);
+      return model.contents.names[static_cast<std::size_t>(g)] + cost;
+    };
+    row.misnamed += "  " + told(group) + " named " + told(named.group) + " (of";
+    for (const transfer::BlendShare& share : snippet.choice.shares())
+      row.misnamed += ' ' + model.fragments[static_cast<std::size_t>(share.fragment)].name;
+    row.misnamed += ")";
   }
 }
 
@@ -249,7 +263,7 @@ Ceiling ceiling(const transfer::StyleModel& model, const std::vector<transfer::F
   const Eigen::VectorXd mean = database.metric().mean_pose(poses, groups);
   for (std::size_t n = 0; n < poses.size(); ++n) {
     const Eigen::MatrixXd features = database.metric().features(poses[n], mean);
-    found.named += nearest_group(database, features, {}) == groups[n] ? 1 : 0;
+    found.named += nearest_group(database, features, {}).group == groups[n] ? 1 : 0;
   }
   return found;
 }

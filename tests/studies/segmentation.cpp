@@ -2,13 +2,16 @@
 // one performer (or style) is left out, his actions are joined in three fixed orders, the database
 // holds every other performer's takes, and the metric is learnt from the database alone. Right
 // means the contents in order, equal neighbours merged. METHODS 1.5 tells what trials got. Also
-// printed: how well clustering by DTW alone finds the contents, and which it confuses.
+// printed: how much of a left-out performer's takes is believed to match, and how much of takes of
+// a content that the database lacks; how well clustering by DTW alone finds the contents, and which
+// it confuses.
 //
 // Usage: segmentation_study FOLDER PATTERN CONTENT,CONTENT,.. [TAKE]
 //   e.g. PATTERN 'dataset-1_{content}_{performer}_{take}', contents bow,bye,byebye,guide,walk, and
 //   001: the take that is joined where a performer has several.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -23,6 +26,7 @@
 #include "laban/align/content_groups.h"
 #include "laban/align/content_metric.h"
 #include "laban/align/segment_input.h"
+#include "laban/align/unseen_costs.h"
 #include "laban/base/error.h"
 #include "laban/math/parallel.h"
 #include "laban/math/statistics.h"
@@ -279,6 +283,89 @@ void print_segmentation(const Corpus& corpus, const std::string& joined_take) {
   print_score("content", content_total);
 }
 
+/// How much of some takes is believed to match the database.
+struct Believed {
+  double frames = 0.0;
+  double matched = 0.0;
+
+  void add(const Believed& other) {
+    frames += other.frames;
+    matched += other.matched;
+  }
+  [[nodiscard]] double percent() const { return 100.0 * matched / frames; }
+};
+
+/// Takes of an unknown performer, of known contents and of one that the database lacks, by
+/// thresholds from the costs inside the database and from unseen_costs.
+struct Belief {
+  std::array<Believed, 2> inside;  // known content, unknown one
+  std::array<Believed, 2> unseen;
+
+  void add(const Belief& other) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      inside[k].add(other.inside[k]);
+      unseen[k].add(other.unseen[k]);
+    }
+  }
+};
+
+Believed believed(const std::vector<align::Snippet>& snippets, const std::vector<int>& groups,
+                  const std::vector<align::GroupCostStatistics>& costs) {
+  Believed sum;
+  for (const align::Snippet& snippet : snippets) {
+    const auto group = static_cast<std::size_t>(groups[static_cast<std::size_t>(snippet.fragment)]);
+    sum.frames += snippet.end - snippet.begin;
+    if (snippet.mean_cost() <= costs[group].threshold) sum.matched += snippet.end - snippet.begin;
+  }
+  return sum;
+}
+
+/// @param missing  content left out of the database, whose takes are judged; -1: none, and all are.
+Belief belief(const Corpus& corpus, int performer, int missing) {
+  Database database;
+  for (const Take& take : corpus.takes) {
+    if (take.performer == performer || take.content == missing) continue;
+    database.poses.push_back(take.pose);
+    database.groups.push_back(take.content);
+    database.performers.push_back(take.performer);
+  }
+  const align::FragmentSet set(
+      align::fit_content_metric(database.poses, database.groups, database.performers),
+      database.poses, database.groups, database.performers);
+  const auto inside = align::group_cost_statistics(align::all_pair_costs(set.features()).mean_cost,
+                                                   database.groups);
+  const auto unseen = align::group_cost_statistics(
+      align::unseen_costs(database.poses, database.groups, database.performers), database.groups,
+      align::kUnseenThreshold);
+  Belief sum;
+  const std::size_t kind = missing < 0 ? 0 : 1;
+  for (const Take& take : corpus.takes) {
+    if (take.performer != performer || (missing >= 0 && take.content != missing)) continue;
+    const auto snippets = align::segment_input(take.pose, set)->snippets;
+    sum.inside[kind].add(believed(snippets, database.groups, inside));
+    sum.unseen[kind].add(believed(snippets, database.groups, unseen));
+  }
+  return sum;
+}
+
+void print_belief(const Corpus& corpus) {
+  const int contents = static_cast<int>(corpus.contents.size());
+  const int performers = static_cast<int>(corpus.performers.size());
+  std::vector<Belief> beliefs(static_cast<std::size_t>(performers * (contents + 1)));
+  math::parallel_for(static_cast<int>(beliefs.size()), 0, [&](int n) {
+    beliefs[static_cast<std::size_t>(n)] =
+        belief(corpus, n / (contents + 1), n % (contents + 1) - 1);
+  });
+  Belief sum;
+  for (const Belief& one : beliefs) sum.add(one);
+  std::printf(
+      "\nframes of single takes believed to match: of known contents %.1f %%, of a content that "
+      "the database lacks %.1f %%\n  (by thresholds from costs inside the database %.1f %%, %.1f "
+      "%%)\n",
+      sum.unseen[0].percent(), sum.unseen[1].percent(), sum.inside[0].percent(),
+      sum.inside[1].percent());
+}
+
 void print_groups(const Corpus& corpus, const char* metric,
                   const std::vector<Eigen::MatrixXd>& features) {
   std::vector<int> truth;
@@ -327,6 +414,7 @@ int main(int argc, char** argv) {
     std::printf("%zu takes, %zu contents, %zu performers\n", corpus.takes.size(),
                 corpus.contents.size(), corpus.performers.size());
     print_segmentation(corpus, argc == 5 ? argv[4] : "");
+    print_belief(corpus);
     print_all_groups(corpus);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "segmentation_study: %s\n", error.what());

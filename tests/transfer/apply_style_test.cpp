@@ -38,7 +38,7 @@ TEST(ApplyStyle, KeepsTheActionsAndReachesTheTarget) {
   std::vector<std::string> contents;
   for (const AppliedSnippet& snippet : applied.snippets) {
     if (contents.empty() || contents.back() != snippet.content) contents.push_back(snippet.content);
-    EXPECT_FALSE(snippet.kept);
+    EXPECT_FALSE(snippet.kept) << snippet.match_cost << " of " << snippet.match_threshold;
     EXPECT_NEAR(snippet.choice.predicted.weight, 1.0, 0.05);
   }
   EXPECT_THAT(contents, ::testing::ElementsAre("swing", "circle"));

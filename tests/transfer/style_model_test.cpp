@@ -160,8 +160,8 @@ TEST(StyleModel, PartsThatDoNotFitAreRefusedWhateverTheChecksumSays) {
       {"a neighbour is out of range", set_value("neighbors", 0, 1e300)},
       {"a neighbour has another content", set_value("neighbors", 0, 11.0)},
       {"a fragment has no neighbours", set_value("neighbors", 0, -1.0)},
-      {"(must be k x 64, 1 <= k <= 64, and 63)", set_array("metric.map", {1, 2, {1.0, 1.0}})},
-      {"(must be k x 64, 1 <= k <= 64, and 63)", set_array("metric.map", {0, 63, {}})},
+      {"(must be k x 126, 1 <= k <= 126, and 63)", set_array("metric.map", {1, 2, {1.0, 1.0}})},
+      {"(must be k x 126, 1 <= k <= 126, and 63)", set_array("metric.map", {0, 63, {}})},
       {"array 'metric.reference' should have 63 rows",
        set_array("metric.reference", {1, 1, {0.0}})},
       {"must divide the", set_value("content_map.shape", 0, 1e18)},
@@ -182,7 +182,7 @@ TEST(StyleModel, PartsThatDoNotFitAreRefusedWhateverTheChecksumSays) {
       {"array 'match_costs' should have 2 columns", set_array("match_costs", {2, 0, {}})},
   };
   const base::Container sound =
-      base::read_container(write_style_model(test::toy_model()), "toy", "laban.style", 2);
+      base::read_container(write_style_model(test::toy_model()), "toy", "laban.style", 3);
   for (const Harm& harm : harms) {
     SCOPED_TRACE(harm.message);
     base::Container file = sound;
@@ -209,6 +209,23 @@ TEST(StyleModel, AFileOfFormatVersion1IsRead) {
   const BlendChoice choice =
       search_blend(model, 4, {{1.0, std::nullopt, -1.0}, {1.0, 1.0, 1.0, 1.0}});
   EXPECT_EQ(model.fragments[static_cast<std::size_t>(choice.fragment_j)].content, "circle");
+}
+
+// Version 2 looked at angles and height alone: a map of 64 columns.
+TEST(StyleModel, ARowThatAnOlderMetricDidNotKnowCountsNothing) {
+  base::Container file =
+      base::read_container(write_style_model(test::toy_model()), "toy", "laban.style", 3);
+  const base::Array& whole = file.arrays.at("metric.map");
+  ASSERT_EQ(whole.cols, align::kContentRowCount);
+  base::Array known{whole.rows, 64, {}};
+  known.values.assign(whole.values.begin(), whole.values.begin() + 64 * whole.rows);
+  file.arrays["metric.map"] = known;
+  file.version = 2;
+  const StyleModel model = read_style_model(base::write_container(file), "old.laban");
+  const Eigen::MatrixXd& map = model.database.metric().map();
+  ASSERT_EQ(map.cols(), align::kContentRowCount);
+  EXPECT_EQ(map.leftCols(64), test::toy_model().database.metric().map().leftCols(64));
+  EXPECT_EQ(map.rightCols(align::kContentRowCount - 64).squaredNorm(), 0.0);
 }
 
 TEST(ClusterContents, FindsTheTwoActionsByDtwAlone) {

@@ -63,18 +63,27 @@ struct GroupCostStatistics {
   bool has_pairs = false;  ///< the group has two members or more
 };
 
+/// How `group_cost_statistics` sets thresholds.
+struct MatchThreshold {
+  /// Which of the group's fragments says what a match may cost, by the costs to their nearest other
+  /// members, in [0, 100]: 100 is the one that is farthest from all others.
+  double percentile = 100.0;
+  /// Times its cost, > 0; 1.5 leaves room for a performer unlike those of the database.
+  double margin = 1.5;
+};
+
 /// For each group 0 .. G - 1 the median of the mean path costs of its pairs, and the threshold for
-/// "no content match": the dearest, over the group's fragments, of a fragment's cost to its nearest
-/// other member, times `margin`. A group without pairs takes the largest threshold of the others
+/// "no content match": a percentile, over the group's fragments, of a fragment's cost to its nearest
+/// other member, times a margin. A group without pairs takes the largest threshold of the others
 /// (infinity if there is none).
 ///
-/// @param mean_cost  N x N of all_pair_costs.
+/// @param mean_cost  N x N of all_pair_costs or unseen_costs; of an entry (i, j) and its mirror,
+///                   i < j, the median asks the first. Infinite ones are of pairs not to be asked.
 /// @param groups     N group numbers, 0 .. G - 1.
-/// @param margin     > 0; 1.5 leaves room for a performer unlike those of the database.
 /// @throws Error{kData} if sizes differ, N = 0 or a group is negative; Error{kUsage} for the
-/// margin.
+///         threshold's percentile or margin.
 [[nodiscard]] std::vector<GroupCostStatistics> group_cost_statistics(
     const Eigen::Ref<const Eigen::MatrixXd>& mean_cost, std::span<const int> groups,
-    double margin = 1.5);
+    const MatchThreshold& threshold = {});
 
 }  // namespace laban::align

@@ -28,7 +28,8 @@ struct StyleModel {
   /// For each fragment, the fragments of its content from the nearest on (itself first), by mean
   /// path cost: the K content neighbours are the first K (METHODS 1.1, 1.6).
   std::vector<std::vector<int>> neighbors;
-  std::vector<align::GroupCostStatistics> match_costs;  ///< of each content group
+  /// Of each content group: of matches of someone whom the metric does not know (unseen_costs).
+  std::vector<align::GroupCostStatistics> match_costs;
   effort::ContentMap content_map;
   std::vector<Eigen::VectorXd> coordinates;  ///< of each fragment, by the content map
   effort::StyleRegressor regressor;

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Dense>
+
+#include "laban/align/one_stage_dp.h"
+
+namespace laban::align {
+
+/// How boundaries are voted on.
+struct BoundaryVote {
+  int voters = 0;        ///< most fragments of a content that are asked, >= 1
+  int stride = 1;        ///< every stride-th frame is looked at, >= 1
+  int reach_frames = 0;  ///< farthest that a boundary moves, input frames
+  /// How much dearer the two snippets may become by their own fragments, as a share; >= 0.
+  double most_rise = 0.0;
+};
+
+/// Moves each boundary between snippets of two contents to where several fragments of the one
+/// before and of the one after agree best, not the best one of each alone: what one take does as it
+/// begins and ends is its own, what its content does is in most of them.
+///
+/// The voters are the fragments of a content that are nearest to the snippet as it stands. The cost
+/// of a place is the geometric mean of the voters' path costs of all from the snippet before's
+/// begin to there, and the same of all from there to the snippet after's end: a fragment that fits
+/// far better than all others decides alone. Places where the snippets' own fragments fit clearly
+/// worse are left out: they are what the snippets are matched to. Snippets keep their fragments;
+/// their costs are those of their new frames.
+///
+/// @param input      D x T.
+/// @param fragments  each D x T_i.
+/// @param groups     content of each fragment.
+/// @param snippets   cover the input.
+void vote_on_boundaries(const Eigen::MatrixXd& input, std::span<const Eigen::MatrixXd> fragments,
+                        std::span<const int> groups, const BoundaryVote& vote,
+                        std::vector<Snippet>& snippets);
+
+}  // namespace laban::align
