@@ -1,11 +1,9 @@
 #include "align/content_rows.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
-#include "laban/math/rotation.h"
 #include "laban/motion/standard_body.h"
 
 namespace laban::align {
@@ -23,27 +21,12 @@ double middle_of(std::vector<double>& values) {
 }  // namespace
 
 Eigen::MatrixXd joint_places(const motion::PoseMatrix& pose) {
-  const motion::Skeleton& body = *motion::standard_skeleton();
-  Eigen::MatrixXd places(kPlaceRowCount, pose.frame_count());
-  std::array<Eigen::Matrix3d, motion::kStandardJointCount> rotations;
-  std::array<Eigen::Vector3d, motion::kStandardJointCount> at;
-  for (Eigen::Index t = 0; t < places.cols(); ++t) {
-    for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      const auto joint = static_cast<std::size_t>(s);
-      const Eigen::Matrix3d own =
-          math::exp(pose.angles.col(t).segment<3>(3 * s)).toRotationMatrix();
-      if (s == 0) {  // the hips, of no heading
-        rotations[joint] = own;
-        at[joint].setZero();
-        continue;
-      }
-      const auto parent = static_cast<std::size_t>(motion::kStandardParents[joint]);
-      rotations[joint].noalias() = rotations[parent] * own;
-      at[joint] = at[parent] + rotations[parent] * body.joint(s).rest_offset;
-      places.col(t).segment<3>(3 * (s - 1)) = at[joint] / motion::kStandardLegLengthM;
-    }
-  }
-  return places;
+  motion::PoseMatrix still = pose;
+  still.steps.setZero();
+  const Eigen::MatrixXd joints = motion::standard_joint_positions(still);
+  return (joints.bottomRows(kPlaceRowCount) -
+          joints.topRows<3>().replicate(kPlaceRowCount / 3, 1)) /
+         motion::kStandardLegLengthM;
 }
 
 Eigen::MatrixXd travel(const motion::PoseMatrix& pose) {
