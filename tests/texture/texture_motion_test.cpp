@@ -82,7 +82,7 @@ TEST(TextureMotion, BendsAtJoinsLittleMoreThanTheSmoothestCapturesDo) {
   double captured = 0.0;
   for (const Take& take : texture().takes) {
     const motion::Clip clip = play_observations(
-        texture(), texture().observations.middleCols(take.begin, take.length), false);
+        texture(), texture().observations.middleCols(take.begin, take.length), {.hold_feet = false});
     captured = std::max(captured, largest_acceleration(clip, 0, clip.frame_count()));
   }
   TextureMotion motion(texture(), {.seed = 4, .variation = 0.0, .hold_feet = false});
@@ -179,7 +179,7 @@ TEST(PlayObservations, GivesTheCaptureBack) {
   const motion::Clip clip = motion::to_standard_clip(
       test::random_pose_matrix({.frames = 240, .seed = 1, .amplitude_rad = 0.4}));
   const motion::Clip played =
-      play_observations(texture(), texture().observations.leftCols(240), false);
+      play_observations(texture(), texture().observations.leftCols(240), {.hold_feet = false});
   const Eigen::RowVectorXd heights = motion::joint_positions(clip).row(1);
   EXPECT_LE((motion::joint_positions(played).row(1) - heights).cwiseAbs().maxCoeff(), 1e-6);
 }

@@ -10,6 +10,7 @@
 #include <Eigen/Dense>
 
 #include "laban/motion/clip.h"
+#include "laban/motion/pose_matrix.h"
 #include "laban/texture/motion_texture.h"
 
 namespace laban::texture {
@@ -98,10 +99,20 @@ struct PathMotion {
                                          const PathEnds& ends = {},
                                          const TextureMotionOptions& options = {});
 
-/// Observations as a clip on the texture's rig; the root begins above the origin, facing +Z.
+struct PlayOptions {
+  /// Whether feet are held where they stand, if the texture knows a floor.
+  bool hold_feet = true;
+  /// Where the root begins: leg lengths of the texture's rig and radians.
+  motion::PlanarPose start = {};
+  /// Frames whose poses stay as they are: feet are not held there, and less and less in the 0.3
+  /// seconds on either side.
+  std::vector<int> kept_frames = {};
+};
+
+/// Observations as a clip on the texture's rig.
 /// @throws Error{kUsage} if there is no frame or they have other rows than the texture's.
 [[nodiscard]] motion::Clip play_observations(const MotionTexture& texture,
                                              const Eigen::Ref<const Eigen::MatrixXd>& observations,
-                                             bool hold_feet = true);
+                                             const PlayOptions& options = {});
 
 }  // namespace laban::texture
