@@ -5,6 +5,8 @@
 
 #include "laban/math/rotation.h"
 #include "laban/math/statistics.h"
+#include "laban/motion/forward_kinematics.h"
+#include "laban/motion/standard_body.h"
 
 namespace laban::texture {
 namespace {
@@ -20,6 +22,7 @@ constexpr int kPoseRows = 6 * kStandardJointCount;
 constexpr int kFeatureRows = 2 * kPoseRows + 4;
 constexpr int kCalmReach = 2;
 constexpr double kCalmPercent = 90.0;
+constexpr Index kMostRotations = 16384;
 
 Eigen::Quaterniond rotation_of(const MotionTexture& texture, int joint, int frame) {
   const Index row = static_cast<Index>(3) * joint;
@@ -43,6 +46,18 @@ MatrixXf squared_distances(const MatrixXf& a, const MatrixXf& b) {
   d.colwise() += a.colwise().squaredNorm().transpose();
   d.rowwise() += b.colwise().squaredNorm();
   return d.cwiseMax(0.0F);
+}
+
+// Two rotations by an angle t apart differ by 8 sin^2(t / 2) in the squares of all three columns,
+// and by two thirds of that in two, on average over axes.
+MatrixXf largest_turns(const MatrixXf& a, const MatrixXf& b) {
+  MatrixXf largest = MatrixXf::Zero(a.cols(), b.cols());
+  for (Index row = 0; row < kPoseRows; row += 6) {
+    largest = largest.cwiseMax(squared_distances(a.middleRows<6>(row), b.middleRows<6>(row)));
+  }
+  return largest.unaryExpr([](float squares) {
+    return 2.0F * std::asin(std::sqrt(std::min(1.0F, squares * 3.0F / 16.0F)));
+  });
 }
 
 PoseIndex::PoseIndex(const MotionTexture& texture) : texture_(texture) {
@@ -77,22 +92,21 @@ void PoseIndex::find_calm_frames() {
   const auto frames = static_cast<std::size_t>(texture_.observations.cols());
   std::vector<float> changes(frames, 0.0F);
   for (const Take& take : texture_.takes) {
-    Eigen::VectorXf before;
-    Eigen::VectorXf now;
-    for (int f = take.begin; f < take.begin + take.length; ++f) {
-      Eigen::VectorXf next = pose_of(texture_, f);
-      if (f >= take.begin + 2) {
-        changes[static_cast<std::size_t>(f - 1)] = (next - 2.0F * now + before).norm();
-      }
-      before = std::move(now);
-      now = std::move(next);
+    const motion::Clip clip = motion::to_standard_clip(
+        poses_of(texture_.space, texture_.observations.middleCols(take.begin, take.length),
+                 texture_.frame_rate_hz, texture_.leg_length_m));
+    const Eigen::MatrixXd p =
+        motion::joint_positions(clip).reshaped(3 * clip.joint_count(), clip.frame_count());
+    for (Index f = 1; f + 1 < p.cols(); ++f) {
+      changes[static_cast<std::size_t>(take.begin + f)] =
+          static_cast<float>((p.col(f + 1) - 2.0 * p.col(f) + p.col(f - 1)).norm());
     }
   }
   restless_.resize(frames);
   for (const Take& take : texture_.takes) {
     for (int f = take.begin; f < take.begin + take.length; ++f) {
       const auto from = changes.begin() + std::max(take.begin, f - kCalmReach);
-      const auto to = changes.begin() + std::min(take.begin + take.length, f + kCalmReach + 2);
+      const auto to = changes.begin() + std::min(take.begin + take.length, f + kCalmReach + 1);
       restless_[static_cast<std::size_t>(f)] = *std::max_element(from, to);
     }
   }
@@ -126,13 +140,13 @@ int PoseIndex::take_of(int frame) const {
 }
 
 RotationRange::RotationRange(const MotionTexture& texture) {
-  constexpr int kStride = 2;  // neighbours are nearer to each other than any limit
-  const Index rows = (texture.observations.cols() + kStride - 1) / kStride;
+  const Index stride = std::max<Index>(1, texture.observations.cols() / kMostRotations);
+  const Index rows = (texture.observations.cols() + stride - 1) / stride;
   for (int s = 0; s < kStandardJointCount; ++s) {
     Eigen::MatrixX4f& all = captured_.emplace_back(rows, 4);
     for (Index n = 0; n < rows; ++n) {
       all.row(n) =
-          rotation_of(texture, s, static_cast<int>(n) * kStride).coeffs().cast<float>().transpose();
+          rotation_of(texture, s, static_cast<int>(n * stride)).coeffs().cast<float>().transpose();
     }
   }
 }
@@ -142,6 +156,17 @@ double RotationRange::distance(int joint, const Eigen::Quaterniond& rotation) co
   const float nearest =
       (captured_[static_cast<std::size_t>(joint)] * q).cwiseAbs().maxCoeff();
   return 2.0 * std::acos(std::min(1.0, static_cast<double>(nearest)));
+}
+
+std::vector<Eigen::Quaterniond> RotationRange::some(int joint, int count) const {
+  const Eigen::MatrixX4f& all = captured_[static_cast<std::size_t>(joint)];
+  const Index stride = std::max<Index>(1, all.rows() / std::max(1, count));
+  std::vector<Eigen::Quaterniond> rotations;
+  for (Index n = 0; n < all.rows(); n += stride) {
+    const Eigen::Vector4d coefficients = all.row(n).transpose().cast<double>();
+    rotations.emplace_back(Eigen::Quaterniond(coefficients).normalized());
+  }
+  return rotations;
 }
 
 }  // namespace laban::texture

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -31,9 +32,15 @@ class PoseIndex {
   /// The median distance between frames a quarter of a second apart in a take: what is nearer is as
   /// near as motion goes on. 0 for takes shorter than that.
   [[nodiscard]] double usual_distance() const noexcept { return usual_; }
-  /// Whether a frame is among the nine tenths of the corpus whose velocities change least.
+  /// Whether a frame is among the nine tenths of the corpus around which joints are accelerated
+  /// least.
   [[nodiscard]] bool is_calm(int frame) const {
     return restless_[static_cast<std::size_t>(frame)] <= calm_;
+  }
+  /// The calmest frame of [begin, end).
+  [[nodiscard]] int calmest(int begin, int end) const {
+    const auto from = restless_.begin();
+    return static_cast<int>(std::min_element(from + begin, from + end) - from);
   }
   /// Number of the take that a frame is of.
   [[nodiscard]] int take_of(int frame) const;
@@ -45,12 +52,16 @@ class PoseIndex {
   std::vector<int> coarse_frames_;
   Eigen::MatrixXf coarse_;
   double usual_ = 0.0;
-  std::vector<float> restless_;  // of each frame: the largest change of velocity around it
+  std::vector<float> restless_;  // of each frame: the joints' largest acceleration around it
   float calm_ = 0.0F;
 };
 
 /// Squared distances of every column of a (rows) to every one of b.
 [[nodiscard]] Eigen::MatrixXf squared_distances(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b);
+
+/// The largest angle, radians, by which a joint differs between every feature column of a and every
+/// one of b: from two columns of its rotation matrices, which say it to within a fifth.
+[[nodiscard]] Eigen::MatrixXf largest_turns(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b);
 
 /// How far rotations are from what joints were seen to do.
 class RotationRange {
@@ -60,6 +71,8 @@ class RotationRange {
   /// Angle from a rotation of a joint (radians; as observed, away from the reference) to the nearest
   /// captured one of that joint. Time O(frames).
   [[nodiscard]] double distance(int joint, const Eigen::Quaterniond& rotation) const;
+  /// About `count` captured rotations of a joint, spread over the corpus.
+  [[nodiscard]] std::vector<Eigen::Quaterniond> some(int joint, int count) const;
 
  private:
   std::vector<Eigen::MatrixX4f> captured_;  // of each joint

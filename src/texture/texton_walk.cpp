@@ -1,6 +1,7 @@
 #include "laban/texture/texton_walk.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "laban/base/error.h"
 #include "laban/math/constants.h"
 #include "laban/math/rotation.h"
+#include "laban/texture/constrained_synthesis.h"
 
 #include "texture/pose_index.h"
 #include "texture/pose_join.h"
@@ -22,21 +24,34 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 
 // The shortest stay in a segment, where it is long enough: joins on either side of it need room.
-constexpr double kStayS = 0.5;
-// How long before its end a take may be left.
-constexpr double kTailS = 5.0;
+constexpr double kStayS = 0.75;
+// Shorter runs through a take count so many usual distances as they are shorter, in seconds.
+constexpr double kRunS = 4.0;
+// What a second left out at the end of a take counts, and more if it was seldom walked on.
+constexpr double kSecondLeftOut = 0.1;
+constexpr double kUnseenSecond = 3.0;
+constexpr double kRestless = 2.0;
+// A texton may take over from the one before so long before or after the cut.
+constexpr double kHandoverS = 0.25;
+// Crossings for which joints look for poses to meet in, and how many poses they try.
+constexpr std::size_t kMostDetours = 6;
+constexpr int kDetours = 200;
 // What is repeated of the seconds to come, and left out of those just before, is counted so far.
 constexpr double kAheadS = 2.0;
 constexpr double kBehindS = 1.0;
-constexpr int kMostRevisits = 3;
-constexpr int kMostCandidates = 24;
-constexpr int kPairsSorted = 4000;
+constexpr int kMostCandidates = 32;
+constexpr int kMostRows = 150;
+constexpr int kEntriesOfALeave = 4;
 // Changes of nearly the same cost are drawn from, or every walk would make the same.
 constexpr double kAlike = 0.25;
-// Joints may get so far from what they were seen to do; each two degrees beyond cost as much as a
-// usual distance.
-constexpr double kFarTurn = 10.0 * math::kDegree;
-constexpr double kFarTurnUnit = 2.0 * math::kDegree;
+// Joints may get so far from what they were seen to do; each degree beyond costs as much as a usual
+// distance.
+constexpr double kFarTurn = 9.0 * math::kDegree;
+constexpr double kFarTurnUnit = 1.0 * math::kDegree;
+// Beside a frame that is to be met halfway no joint is farther from its own than half of what the
+// two differ by. Where that is more, it may still have been seen there: each four degrees count as
+// one.
+constexpr double kFarHalfUnit = 4.0 * math::kDegree;
 
 std::size_t at(int index) {
   return static_cast<std::size_t>(index);
@@ -47,6 +62,7 @@ struct Crossing {
   int leave = 0;
   int enter = 0;
   double cost = 0.0;  ///< in usual distances
+  MatrixXd meeting;   ///< d x 2, as of TextonChange; none: halfway
 };
 
 }  // namespace
@@ -72,9 +88,12 @@ class TextonWalk::Impl {
                                          " with a segment; there are 0 to " +
                                          std::to_string(texture.texton_count() - 1));
     }
-    segment_ = first ? drawn(segments_[at(*first)])
-                     : rng_.index(static_cast<int>(texture.segments.size()));
-    entered_ = segment(segment_).begin;
+    if (first) {
+      segment_ = drawn(segments_[at(*first)]);
+      entered_ = segment(segment_).begin;
+    } else {
+      begin_a_take();
+    }
   }
 
   [[nodiscard]] int texton() const noexcept { return segment(segment_).texton; }
@@ -86,6 +105,7 @@ class TextonWalk::Impl {
     for (int block = entered_ / kIndexStride; block <= change.leave / kIndexStride; ++block) {
       ++visits_[at(block)];
     }
+    if (!change.is_captured()) exit_.reset();
     segment_ = change.entering;
     entered_ = change.enter;
     return change;
@@ -116,33 +136,55 @@ class TextonWalk::Impl {
     return entered_ + std::max(3, std::min(frames(kStayS), (end_of(segment_) - entered_) / 2));
   }
 
+  /// Where a take begins, each as likely as it is long; after its first frames, if they are those of
+  /// a body that falls into its pose.
+  void begin_a_take() {
+    const int any = rng_.index(static_cast<int>(texture_.observations.cols()));
+    entered_ = texture_.takes[at(index_.take_of(any))].begin;
+    segment_ = segment_of(entered_);
+    const int last = entered_ + std::min(frames(kStayS), segment(segment_).length / 4);
+    const int begin = entered_;
+    while (entered_ < last && !index_.is_calm(entered_)) ++entered_;
+    if (entered_ == last) entered_ = begin;
+  }
+
   TextonChange find_change() {
-    const int end = take_end(entered_);
-    if (end - entered_ <= frames(kTailS)) {
-      const auto exit = way_out(end);
-      if (exit && (exit->leave < end_of(segment_) || !follows(segment_))) return crossed(*exit);
+    if (!exit_) exit_ = way_out(take_end(entered_));
+    // A segment is not entered if the take is to be left before there was time to see it.
+    if (exit_ && (exit_->leave < end_of(segment_) + frames(kStayS) || !follows(segment_))) {
+      return crossed(*exit_);
     }
     const std::optional<int> change = drawn_change();
     if (change && *change != segment_) {
       if (const auto crossing = way_to(*change)) return crossed(*crossing);
     }
-    if (change && follows(segment_)) return captured_change();
-    if (const auto exit = way_out(end)) return crossed(*exit);
-    if (follows(segment_)) return captured_change();
-    return begun_anew();
+    return follows(segment_) ? captured_change() : begun_anew();
   }
 
+  /// As the capture goes on. Cuts lie where the motion changes, often in its sharpest moments; the
+  /// one texton takes over from the other at the calmest frame near by.
   [[nodiscard]] TextonChange captured_change() const {
-    const int next = segment(segment_ + 1).begin;
-    return {segment_, segment_ + 1, next, next, false};
+    const int cut = segment(segment_ + 1).begin;
+    const int from = std::max(cut - frames(kHandoverS), entered_ + (cut - entered_) / 2);
+    const int to = std::min(cut + frames(kHandoverS), cut + segment(segment_ + 1).length / 3);
+    const int frame = index_.calmest(from, std::max(from, to) + 1);
+    return {segment_, segment_ + 1, frame, frame, texture_.observations.middleCols(frame, 2),
+            false};
   }
 
   [[nodiscard]] TextonChange crossed(const Crossing& crossing) const {
     const int entering = segment_of(crossing.enter);
-    const int leaving = segment_of(crossing.leave);
-    const bool seen = texture_.transition_counts(segment(leaving).texton,
-                                                 segment(entering).texton) > 0.0;
-    return {segment_, entering, crossing.leave, crossing.enter, !seen};
+    const bool seen =
+        texture_.transition_counts(segment(segment_).texton, segment(entering).texton) > 0.0;
+    return {segment_,       entering,
+            crossing.leave, crossing.enter,
+            crossing.meeting.cols() > 0 ? crossing.meeting : halfway_of(crossing), !seen};
+  }
+
+  [[nodiscard]] MatrixXd halfway_of(const Crossing& crossing) const {
+    const MatrixXd& y = texture_.observations;
+    return halfway(texture_.space, y.middleCols(crossing.leave, 2),
+                   y.middleCols(crossing.enter, 2));
   }
 
   /// Where no frame fits: from the end of what there is to the beginning of any segment.
@@ -155,9 +197,8 @@ class TextonWalk::Impl {
       throw Error(ErrorKind::kData,
                   "no segment of two frames to go on with from texton " + std::to_string(texton()));
     }
-    const int entering = drawn(others);
-    return {segment_, entering, std::max(entered_, end_of(segment_) - 2), segment(entering).begin,
-            texture_.transition_counts(texton(), segment(entering).texton) == 0.0};
+    const int leave = std::max(entered_, end_of(segment_) - 2);
+    return crossed({leave, segment(drawn(others)).begin, 0.0, {}});
   }
 
   /// A segment from which the corpus went on, each of the texton's as likely as any other: that is
@@ -201,23 +242,22 @@ class TextonWalk::Impl {
         const double distance = std::sqrt(static_cast<double>(d(f, g)));
         if (distance > least) continue;
         least = distance;
-        best = {from + static_cast<int>(f), enter, 0.0};
+        best = {from + static_cast<int>(f), enter, 0.0, {}};
       }
     }
-    if (best && far_turn(*best) > kFarTurn) return std::nullopt;
+    if (best && far_turn(*best, halfway_of(*best)).largest() > kFarTurn) return std::nullopt;
     return best;
   }
 
-  /// How much of the coming seconds was walked on before, 0 to kMostRevisits, beside the least
-  /// visited place of the corpus.
-  [[nodiscard]] double revisits(int enter, int least) const {
+  /// How much more often than all of the corpus the seconds to come were walked on.
+  [[nodiscard]] double revisits(int enter, double usual) const {
     const int last = std::min(enter + frames(kAheadS), take_end(enter)) / kIndexStride;
     double sum = 0.0;
     int count = 0;
     for (int block = enter / kIndexStride; block <= last; ++block, ++count) {
-      sum += std::min(kMostRevisits, visits_[at(block)] - least);
+      sum += visits_[at(block)] - usual;
     }
-    return sum / std::max(1, count);
+    return std::max(0.0, sum / std::max(1, count));
   }
 
   /// Seconds just before a frame that were visited less than the frame itself: they would be left
@@ -234,19 +274,29 @@ class TextonWalk::Impl {
   }
 
   /// What it costs to enter each coarse frame; infinite where nothing is worth entering.
-  [[nodiscard]] Eigen::VectorXf entry_costs() const {
+  [[nodiscard]] Eigen::RowVectorXf entry_costs(double usual) const {
     const std::vector<int>& entries = index_.coarse_frames();
-    const int least = *std::min_element(visits_.begin(), visits_.end());
-    Eigen::VectorXf costs(std::ssize(entries));
+    Eigen::RowVectorXf costs(std::ssize(entries));
     for (Index n = 0; n < costs.size(); ++n) {
       const int frame = entries[static_cast<std::size_t>(n)];
-      const bool good = index_.is_calm(frame) &&
-                        end_of(segment_of(frame)) - frame >= frames(kStayS) &&
-                        take_end(frame) - frame >= texture_.min_frames;
-      costs[n] = good ? static_cast<float>(revisits(frame, least) + left_out_s(frame))
-                      : std::numeric_limits<float>::infinity();
+      const double left_s = (take_end(frame) - frame) / texture_.frame_rate_hz;
+      const bool good = index_.is_calm(frame) && left_s >= 2.0 * kStayS &&
+                        end_of(segment_of(frame)) - frame >= frames(kStayS);
+      const double cost =
+          revisits(frame, usual) + left_out_s(frame) + std::max(0.0, kRunS - left_s);
+      costs[n] = good ? static_cast<float>(cost) : std::numeric_limits<float>::infinity();
     }
     return costs;
+  }
+
+  /// What it costs to leave the take at a frame: a short run, and what is left out.
+  [[nodiscard]] double leaving_cost(int leave, int end, double usual) const {
+    const double run_s = (leave - entered_) / texture_.frame_rate_hz;
+    int unseen = 0;
+    for (int f = leave; f < end; f += kIndexStride) unseen += visits_[at(f / kIndexStride)] <= usual;
+    return kSecondLeftOut * (end - leave) / texture_.frame_rate_hz +
+           kUnseenSecond * unseen * kIndexStride / texture_.frame_rate_hz + std::max(0.0, kRunS - run_s) +
+           (index_.is_calm(leave) ? 0.0 : kRestless);
   }
 
   /// The best places to leave the rest of the take for any other, before its `end`.
@@ -254,32 +304,54 @@ class TextonWalk::Impl {
     const int from = earliest_leave();
     const int count = end - 1 - from;
     if (count < 1 || index_.coarse_frames().empty()) return {};
-    const Eigen::VectorXf entries = entry_costs();
-    MatrixXf costs = squared_distances(index_.features(from, count, kIndexStride),
-                                       index_.coarse_features());
+    double usual_visits = 0.0;
+    for (const int visits : visits_) usual_visits += visits;
+    usual_visits /= static_cast<double>(visits_.size());
+    const Eigen::RowVectorXf entries = entry_costs(usual_visits);
+    const int stride = std::max(kIndexStride, count / kMostRows);
+    const MatrixXf features = index_.features(from, count, stride);
     const auto usual = static_cast<float>(std::max(1e-9, index_.usual_distance()));
-    costs = costs.cwiseSqrt() / usual;
-    costs.rowwise() += entries.transpose();
+    MatrixXf costs = squared_distances(features, index_.coarse_features()).cwiseSqrt() / usual;
+    costs.rowwise() += entries;
+    costs += (0.5F * largest_turns(features, index_.coarse_features()).array() -
+              static_cast<float>(kFarTurn))
+                 .cwiseMax(0.0F)
+                 .matrix() /
+             static_cast<float>(kFarHalfUnit);
     std::vector<Crossing> found;
-    const int second = frames(1.0);
     for (Index f = 0; f < costs.rows(); ++f) {
-      const int leave = from + static_cast<int>(f) * kIndexStride;
-      const double lost = (end - leave) / texture_.frame_rate_hz + (index_.is_calm(leave) ? 0 : 2);
-      for (Index g = 0; g < costs.cols(); ++g) {
-        const int enter = index_.coarse_frames()[static_cast<std::size_t>(g)];
-        if (std::abs(enter - leave) < second || !std::isfinite(costs(f, g))) continue;
-        found.push_back({leave, enter, static_cast<double>(costs(f, g)) + lost});
-      }
+      const int leave = from + static_cast<int>(f) * stride;
+      add_best(costs.row(f), leave, leaving_cost(leave, end, usual_visits), found);
     }
     return best_apart(std::move(found));
   }
 
+  /// The cheapest frames to enter from one, none near another.
+  void add_best(Eigen::RowVectorXf costs, int leave, double leaving,
+                std::vector<Crossing>& found) const {
+    const std::vector<int>& entries = index_.coarse_frames();
+    const int second = frames(1.0);
+    for (Index n = 0; n < costs.size(); ++n) {
+      if (std::abs(entries[static_cast<std::size_t>(n)] - leave) < second) {
+        costs[n] = std::numeric_limits<float>::infinity();
+      }
+    }
+    for (int k = 0; k < kEntriesOfALeave; ++k) {
+      Index best = 0;
+      const float cost = costs.minCoeff(&best);
+      if (!std::isfinite(cost)) return;
+      found.push_back({leave, entries[static_cast<std::size_t>(best)],
+                       static_cast<double>(cost) + leaving, {}});
+      const Index first = std::max<Index>(0, best - 3);
+      costs.segment(first, std::min<Index>(costs.size() - first, 7))
+          .setConstant(std::numeric_limits<float>::infinity());
+    }
+  }
+
   /// The cheapest ones, none near a cheaper one.
   [[nodiscard]] static std::vector<Crossing> best_apart(std::vector<Crossing> all) {
-    const auto sorted = std::min<std::size_t>(all.size(), kPairsSorted);
-    std::partial_sort(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(sorted), all.end(),
-                      [](const Crossing& a, const Crossing& b) { return a.cost < b.cost; });
-    all.resize(sorted);
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Crossing& a, const Crossing& b) { return a.cost < b.cost; });
     std::vector<Crossing> kept;
     for (const Crossing& one : all) {
       if (static_cast<int>(kept.size()) >= kMostCandidates) break;
@@ -299,8 +371,9 @@ class TextonWalk::Impl {
     const int from = std::max(earliest_leave(), coarse.leave - kReach);
     const int to = std::min(end - 1, coarse.leave + kReach + 1);
     const int enter_from = std::max(other.begin, coarse.enter - kReach);
-    const int enter_to =
-        std::min(other.begin + other.length - 1, coarse.enter + kReach + 1);
+    const int enter_to = std::min(
+        {other.begin + other.length - 1, coarse.enter + kReach + 1,
+         std::max(coarse.enter + 1, end_of(segment_of(coarse.enter)) - frames(kStayS) + 1)});
     const MatrixXf d = squared_distances(index_.features(from, to - from),
                                          index_.features(enter_from, enter_to - enter_from));
     const double before =
@@ -310,61 +383,133 @@ class TextonWalk::Impl {
     const double after = static_cast<double>(d.minCoeff(&f, &g));
     const double usual = std::max(1e-9, index_.usual_distance());
     return {from + static_cast<int>(f), enter_from + static_cast<int>(g),
-            coarse.cost + (std::sqrt(after) - std::sqrt(before)) / usual};
+            coarse.cost + (std::sqrt(after) - std::sqrt(before)) / usual, {}};
   }
 
   /// Out of the take that ends before frame `end`, by one of the cheapest ways.
   std::optional<Crossing> way_out(int end) {
     std::vector<Crossing> ways;
-    double least = math::kInfinity;
     for (const Crossing& coarse : crossings(end)) {
       Crossing way = refined(coarse, end);
-      way.cost += std::max(0.0, far_turn(way) - kFarTurn) / kFarTurnUnit;
-      least = std::min(least, way.cost);
-      ways.push_back(way);
+      way.meeting = halfway_of(way);
+      way.cost += far_cost(way);
+      ways.push_back(std::move(way));
     }
-    std::erase_if(ways, [&](const Crossing& way) { return way.cost > least + kAlike; });
     if (ways.empty()) return std::nullopt;
+    std::stable_sort(ways.begin(), ways.end(),
+                     [](const Crossing& a, const Crossing& b) { return a.cost < b.cost; });
+    if (ways.size() > kMostDetours) ways.resize(kMostDetours);
+    for (Crossing& way : ways) take_detours(way);
+    double least = math::kInfinity;
+    for (const Crossing& way : ways) least = std::min(least, way.cost);
+    std::erase_if(ways, [&](const Crossing& way) { return way.cost > least + kAlike; });
     return ways[at(rng_.index(static_cast<int>(ways.size())))];
   }
 
-  /// How far any joint gets from what it was seen to do while a crossing is made, radians, at most:
-  /// less than 2 kFarTurn / 2 is not looked into.
-  [[nodiscard]] double far_turn(const Crossing& way) const {
-    const MatrixXd& y = texture_.observations;
-    const MatrixXd half = 0.5 * offsets_between(texture_.space, y.middleCols(way.leave, 2),
-                                                y.middleCols(way.enter, 2));
-    const MatrixXd none = MatrixXd::Zero(y.rows(), 2);
-    const int before = std::min(frames(kBehindS), way.leave + 2 - entered_);
-    const int after = std::min(frames(kBehindS), take_end(way.enter) - way.enter);
-    double farthest = 0.0;
-    if (before >= 4) {
-      farthest = farthest_turn(y.middleCols(way.leave + 2 - before, before),
-                               offset_curve(texture_, before, none, half));
+  [[nodiscard]] double far_cost(const Crossing& way) const {
+    return std::max(0.0, far_turn(way, way.meeting).largest() - kFarTurn) / kFarTurnUnit;
+  }
+
+  /// Lets joints that would be led far from what they were seen to do meet in a pose that they were
+  /// seen in, if that leads them less far.
+  void take_detours(Crossing& way) const {
+    const FarTurns far = far_turn(way, way.meeting);
+    if (far.largest() <= kFarTurn) return;
+    const double before = far_cost(way);
+    for (int s = 0; s < motion::kStandardJointCount; ++s) {
+      double least = far.of_joint[static_cast<std::size_t>(s)];
+      if (least <= kFarTurn) continue;
+      const MatrixXd halfway = way.meeting;
+      for (const Eigen::Quaterniond& seen : range_.some(s, kDetours)) {
+        const MatrixXd meeting = meeting_in(halfway, s, seen);
+        const double turn = far_turn_of(way, meeting, s, least);
+        if (turn >= least) continue;
+        least = turn;
+        way.meeting = meeting;
+      }
     }
-    if (after >= 4) {
-      farthest = std::max(farthest, farthest_turn(y.middleCols(way.enter, after),
-                                                  offset_curve(texture_, after, -half, none)));
+    way.cost += far_cost(way) - before;
+  }
+
+  /// Frames to meet in with one joint in another rotation, as fast as it would be.
+  [[nodiscard]] MatrixXd meeting_in(MatrixXd meeting, int joint,
+                                    const Eigen::Quaterniond& rotation) const {
+    const Index row = static_cast<Index>(3) * joint;
+    const auto scale = texture_.space.scale.segment<3>(row);
+    const auto at_frame = [&](Index f) {
+      return math::exp(meeting.block<3, 1>(row, f).cwiseQuotient(scale));
+    };
+    const Eigen::Quaterniond step = at_frame(0).conjugate() * at_frame(1);
+    const Eigen::Vector3d first = math::log(rotation);
+    meeting.block<3, 1>(row, 0) = first.cwiseProduct(scale);
+    meeting.block<3, 1>(row, 1) =
+        math::nearest_branch(math::log(rotation * step), first).cwiseProduct(scale);
+    return meeting;
+  }
+
+  /// How far joints get from what they were seen to do while a crossing is made, radians, at most;
+  /// less than kFarTurn is told as 0.
+  struct FarTurns {
+    std::array<double, motion::kStandardJointCount> of_joint{};
+
+    [[nodiscard]] double largest() const {
+      return *std::max_element(of_joint.begin(), of_joint.end());
+    }
+  };
+
+  [[nodiscard]] FarTurns far_turn(const Crossing& way, const MatrixXd& meeting) const {
+    FarTurns turns;
+    for (int s = 0; s < motion::kStandardJointCount; ++s) {
+      turns.of_joint[static_cast<std::size_t>(s)] = far_turn_of(way, meeting, s, math::kInfinity);
+    }
+    return turns;
+  }
+
+  /// Of one joint; stops at `enough`.
+  [[nodiscard]] double far_turn_of(const Crossing& way, const MatrixXd& meeting, int joint,
+                                   double enough) const {
+    const MatrixXd& y = texture_.observations;
+    const int fade = frames(kLongestFadeS) + 2;
+    const int before = std::min(fade, way.leave + 2 - entered_);
+    const int after = std::min(fade, take_end(way.enter) - way.enter);
+    double farthest = 0.0;
+    if (before >= kFewestConstrained) {
+      farthest = farthest_turn(y.middleCols(way.leave + 2 - before, before), before - 2, meeting,
+                               joint, enough);
+    }
+    if (after >= kFewestConstrained && farthest < enough) {
+      farthest = std::max(
+          farthest, farthest_turn(y.middleCols(way.enter, after), 0, meeting, joint, enough));
     }
     return farthest;
   }
 
-  [[nodiscard]] double farthest_turn(const Eigen::Ref<const MatrixXd>& y,
-                                     const MatrixXd& offsets) const {
+  /// @param y  frames of which those at `meets` and after it become `meeting`.
+  [[nodiscard]] double farthest_turn(const Eigen::Ref<const MatrixXd>& y, int meets,
+                                     const MatrixXd& meeting, int joint, double enough) const {
     constexpr int kEvery = 3;
-    double farthest = 0.0;
-    for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      const Index row = static_cast<Index>(3) * s;
-      const auto scale = texture_.space.scale.segment<3>(row);
-      for (Index f = 0; f < y.cols(); f += kEvery) {
-        const Eigen::Vector3d turn = offsets.block<3, 1>(row, f).cwiseQuotient(scale);
-        if (turn.norm() <= std::max(farthest, kFarTurn)) continue;  // so near to its own frame
-        const Eigen::Quaterniond turned =
-            math::exp(y.block<3, 1>(row, f).cwiseQuotient(scale)) * math::exp(turn);
-        farthest = std::max(farthest, range_.distance(s, turned));
-      }
+    const Index row = static_cast<Index>(3) * joint;
+    const auto scale = texture_.space.scale.segment<3>(row);
+    const auto rotation = [&](const auto& column) {
+      return math::exp(column.template segment<3>(row).cwiseQuotient(scale));
+    };
+    Eigen::Matrix3Xd ends = Eigen::Matrix3Xd::Zero(3, 4);
+    const int side = meets == 0 ? 0 : 2;
+    for (int f = 0; f < 2; ++f) {
+      ends.col(side + f) =
+          math::log(rotation(y.col(meets + f)).conjugate() * rotation(meeting.col(f)));
     }
-    return farthest;
+    ends.col(side + 1) = math::nearest_branch(ends.col(side + 1), ends.col(side));
+    const MatrixXd offsets = joint_offset_curve(texture_.frame_rate_hz,
+                                                static_cast<int>(y.cols()), ends);
+    double farthest = 0.0;
+    for (Index f = 0; f < y.cols() && farthest < enough; f += kEvery) {
+      const Eigen::Vector3d turn = offsets.col(f);
+      if (turn.norm() <= std::max(farthest, kFarTurn)) continue;  // so near to its own frame
+      const double distance = range_.distance(joint, rotation(y.col(f)) * math::exp(turn));
+      farthest = std::max(farthest, distance);
+    }
+    return farthest <= kFarTurn ? 0.0 : farthest;
   }
 
   const MotionTexture& texture_;
@@ -375,6 +520,7 @@ class TextonWalk::Impl {
   base::Rng rng_;
   int segment_ = 0;
   int entered_ = 0;
+  std::optional<Crossing> exit_;  // by which the take now walked on is to be left
 };
 
 TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng)

@@ -8,11 +8,11 @@
 #include "laban/base/error.h"
 #include "laban/math/constants.h"
 #include "laban/math/rotation.h"
-#include "laban/motion/foot_lock_stream.h"
 #include "laban/motion/retarget.h"
 #include "laban/texture/texton_synthesis.h"
 #include "laban/texture/texton_walk.h"
 
+#include "texture/held_feet.h"
 #include "texture/pose_join.h"
 
 namespace laban::texture {
@@ -114,13 +114,13 @@ class TextonSequence {
   void begin_with(const Source& source, const MatrixXd& frames) {
     first_ = offsets_between(texture_.space, two_frames(source.begin), frames);
   }
-  /// `length` frames. After them the motion goes on with frame `enter` of the corpus: it meets that
-  /// halfway, and the next texton begins there.
-  MatrixXd until(const Source& source, int length, int enter) {
-    const MatrixXd half = 0.5 * offsets_between(texture_.space, two_frames(source.end - 2),
-                                                two_frames(enter));
-    const MatrixXd y = draw(source, std::max(length + 2, kFewestConstrained), half);
-    first_ = -half;
+  /// `length` frames. The two after them are `meeting`, and there the next texton begins, which
+  /// goes on with frame `enter` of the corpus.
+  MatrixXd until(const Source& source, int length, int enter, const MatrixXd& meeting) {
+    const MatrixXd y =
+        draw(source, std::max(length + 2, kFewestConstrained),
+             offsets_between(texture_.space, two_frames(source.end - 2), meeting));
+    first_ = offsets_between(texture_.space, two_frames(enter), meeting);
     return y.leftCols(y.cols() - 2);
   }
   /// The last texton; its last two frames are `end`, if that is given.
@@ -332,31 +332,15 @@ class PathSources {
   const PathEnds& ends_;
 };
 
-/// A clip whose feet are held, but for the frames beside those that are kept as they were.
-motion::Clip kept_at(const std::vector<int>& kept, const motion::Clip& plain,
-                     const motion::Clip& held) {
-  Eigen::Matrix3Xd roots = held.root_positions();
-  std::vector<Eigen::Quaterniond> rotations;
-  Eigen::Matrix3Xd translations;
-  const Eigen::Index joints = held.joint_count();
-  if (held.has_translations()) translations.resize(3, held.frame_count() * joints);
-  for (int f = 0; f < held.frame_count(); ++f) {
+/// How far feet are held in each frame beside some that are kept as they are.
+std::vector<double> shares_beside(const std::vector<int>& kept, int frame_count, double rate_hz) {
+  std::vector<double> shares;
+  for (int f = 0; f < frame_count; ++f) {
     double apart = 1.0;
-    for (const int frame : kept) {
-      apart = std::min(apart, std::abs(f - frame) / (kLetGoS * held.frame_rate_hz()));
-    }
-    const double share = apart * apart * (3.0 - 2.0 * apart);
-    roots.col(f) += (1.0 - share) * (plain.root_positions().col(f) - held.root_positions().col(f));
-    for (int j = 0; j < held.joint_count(); ++j) {
-      rotations.push_back(plain.rotation(f, j).slerp(share, held.rotation(f, j)).normalized());
-      if (held.has_translations()) {
-        translations.col(f * joints + j) =
-            (1.0 - share) * plain.translation(f, j) + share * held.translation(f, j);
-      }
-    }
+    for (const int frame : kept) apart = std::min(apart, std::abs(f - frame) / (kLetGoS * rate_hz));
+    shares.push_back(apart * apart * (3.0 - 2.0 * apart));
   }
-  return {held.shared_skeleton(), held.frame_rate_hz(), std::move(roots), std::move(rotations),
-          std::move(translations)};
+  return shares;
 }
 
 }  // namespace
@@ -408,7 +392,7 @@ class TextureMotion::Impl {
     const int entered = walk_.entered();
     const TextonChange change = walk_.next();
     const MatrixXd y = sequence_.until({texton, entered, change.leave + 2},
-                                       change.leave - entered, change.enter);
+                                       change.leave - entered, change.enter, change.meeting);
     parts_.push_back({texton, made_, made_ + y.cols(), change.jump});
     made_ += y.cols();
     motion::Clip clip = player_.play(y);
@@ -455,7 +439,7 @@ class TextureMotion::Impl {
   TextonWalk walk_;
   TextonSequence sequence_;
   RigPlayer player_;
-  std::optional<motion::FootLockStream> feet_;
+  std::optional<HeldFeet> feet_;
   std::optional<motion::Clip> plain_;  // frames made and not given, if no feet are held
   std::deque<TextonPart> parts_;
   std::int64_t made_ = 0;
@@ -486,8 +470,15 @@ PathMotion synthesize_path(const MotionTexture& texture, std::span<const Planned
   for (std::size_t n = 0; n < path.size(); ++n) {
     const bool is_last = n + 1 == path.size();
     const int length = path[n].length.value_or(sources[n].length() - (is_last ? 0 : 2));
-    pieces.push_back(is_last ? sequence.last(sources[n], length, ends.to)
-                             : sequence.until(sources[n], length, sources[n + 1].begin));
+    if (is_last) {
+      pieces.push_back(sequence.last(sources[n], length, ends.to));
+    } else {
+      const int enter = sources[n + 1].begin;
+      const MatrixXd meeting =
+          halfway(texture.space, texture.observations.middleCols(sources[n].end - 2, 2),
+                  texture.observations.middleCols(enter, 2));
+      pieces.push_back(sequence.until(sources[n], length, enter, meeting));
+    }
     const bool jump =
         !is_last && texture.transition_counts(path[n].texton, path[n + 1].texton) == 0.0;
     made.parts.push_back({path[n].texton, frames, frames + pieces.back().cols(), jump});
@@ -509,12 +500,13 @@ motion::Clip play_observations(const MotionTexture& texture,
   }
   motion::Clip clip = RigPlayer(texture, options.start).play(observations);
   if (!options.hold_feet || !texture.rig.floor) return clip;
-  motion::FootLockStream feet(texture.rig.humanoid, *texture.rig.floor);
+  HeldFeet feet(texture.rig.humanoid, *texture.rig.floor);
   feet.push(clip);
   feet.finish();
   motion::Clip held = feet.take(feet.ready());
   if (options.kept_frames.empty()) return held;
-  return kept_at(options.kept_frames, clip, held);
+  return mixed(clip, held,
+               shares_beside(options.kept_frames, clip.frame_count(), clip.frame_rate_hz()));
 }
 
 }  // namespace laban::texture

@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Dense>
+
 #include "laban/base/rng.h"
 #include "laban/texture/motion_texture.h"
 
@@ -16,6 +18,10 @@ struct TextonChange {
   int entering = 0;
   int leave = 0;
   int enter = 0;
+  /// What the two frames are where they meet, d x 2 observations: halfway between the two places, or,
+  /// for a joint that would so be led far from all that it was seen to do, a pose that it was seen
+  /// in.
+  Eigen::MatrixXd meeting;
   bool jump = false;  ///< nothing in the captures goes from the one texton to the other
 
   /// Whether the capture itself went on so: there is nothing to join.
@@ -37,7 +43,7 @@ struct TextonChange {
 class TextonWalk {
  public:
   /// @param texture  must outlive the walk; at least one segment.
-  /// @param first    texton to begin with; nullopt: drawn as often as it has segments.
+  /// @param first    texton to begin with; nullopt: a take's first, the likelier the longer the take.
   /// @throws Error{kUsage} if there is no such texton, or it has no segment.
   TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng);
   TextonWalk(TextonWalk&&) noexcept;

@@ -25,7 +25,7 @@ struct TextureMotionOptions {
   /// segment's motion between new ends, 1 an exact draw from the texton ([Li02, eq. 10]), which at
   /// high frame rates trembles.
   double variation = 0.1;
-  /// Texton to begin with; nullopt: drawn.
+  /// Texton to begin with; nullopt: where a take begins.
   std::optional<int> first;
   /// Whether feet are held where they stand (motion::lock_feet), if the texture knows a floor.
   bool hold_feet = true;
