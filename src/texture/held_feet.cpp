@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kMostTurn = 8.0 * math::kDegree;
+constexpr double kMostTurn = 7.0 * math::kDegree;
 constexpr double kReachS = 0.15;
 
 double largest_turn(const motion::Clip& a, const motion::Clip& b) {

@@ -9,7 +9,7 @@ namespace laban::texture {
 
 /// motion::FootLockStream for motion that was put together: where its poses do not fit the place
 /// that a foot is held at, legs and feet would be bent as no capture bends them. Here no joint is
-/// turned by more than 8 degrees: what the lock does to a frame is taken back as far as that needs,
+/// turned by more than 7 degrees: what the lock does to a frame is taken back as far as that needs,
 /// smoothly over 0.15 s on either side, and the foot slides a little.
 class HeldFeet {
  public:

@@ -33,9 +33,10 @@ constexpr double kUnseenSecond = 3.0;
 constexpr double kRestless = 2.0;
 // A texton may take over from the one before so long before or after the cut.
 constexpr double kHandoverS = 0.25;
-// Crossings for which joints look for poses to meet in, and how many poses they try.
-constexpr std::size_t kMostDetours = 6;
-constexpr int kDetours = 200;
+// Poses that a joint tries to meet in, and how much farther than the best one so far a first look
+// may find one.
+constexpr int kDetours = 300;
+constexpr double kScreenSlack = 2.0 * math::kDegree;
 // What is repeated of the seconds to come, and left out of those just before, is counted so far.
 constexpr double kAheadS = 2.0;
 constexpr double kBehindS = 1.0;
@@ -44,10 +45,10 @@ constexpr int kMostRows = 150;
 constexpr int kEntriesOfALeave = 4;
 // Changes of nearly the same cost are drawn from, or every walk would make the same.
 constexpr double kAlike = 0.25;
-// Joints may get so far from what they were seen to do; each degree beyond costs as much as a usual
-// distance.
-constexpr double kFarTurn = 9.0 * math::kDegree;
-constexpr double kFarTurnUnit = 1.0 * math::kDegree;
+// Joints may get so far from what they were seen to do; so much more costs as much as a usual
+// distance, twice that four times as much.
+constexpr double kFarTurn = 7.0 * math::kDegree;
+constexpr double kFarTurnUnit = 1.5 * math::kDegree;
 // Beside a frame that is to be met halfway no joint is farther from its own than half of what the
 // two differ by. Where that is more, it may still have been seen there: each four degrees count as
 // one.
@@ -63,6 +64,16 @@ struct Crossing {
   int enter = 0;
   double cost = 0.0;  ///< in usual distances
   MatrixXd meeting;   ///< d x 2, as of TextonChange; none: halfway
+};
+
+/// How far joints get from what they were seen to do while a crossing is made, radians, at most;
+/// less than kFarTurn is told as 0.
+struct FarTurns {
+  std::array<double, motion::kStandardJointCount> of_joint{};
+
+  [[nodiscard]] double largest() const {
+    return *std::max_element(of_joint.begin(), of_joint.end());
+  }
 };
 
 }  // namespace
@@ -389,38 +400,38 @@ class TextonWalk::Impl {
   /// Out of the take that ends before frame `end`, by one of the cheapest ways.
   std::optional<Crossing> way_out(int end) {
     std::vector<Crossing> ways;
-    for (const Crossing& coarse : crossings(end)) {
-      Crossing way = refined(coarse, end);
-      way.meeting = halfway_of(way);
-      way.cost += far_cost(way);
-      ways.push_back(std::move(way));
-    }
-    if (ways.empty()) return std::nullopt;
+    for (const Crossing& coarse : crossings(end)) ways.push_back(refined(coarse, end));
     std::stable_sort(ways.begin(), ways.end(),
                      [](const Crossing& a, const Crossing& b) { return a.cost < b.cost; });
-    if (ways.size() > kMostDetours) ways.resize(kMostDetours);
-    for (Crossing& way : ways) take_detours(way);
     double least = math::kInfinity;
-    for (const Crossing& way : ways) least = std::min(least, way.cost);
-    std::erase_if(ways, [&](const Crossing& way) { return way.cost > least + kAlike; });
-    return ways[at(rng_.index(static_cast<int>(ways.size())))];
+    std::vector<Crossing> looked_into;
+    for (Crossing& way : ways) {
+      if (way.cost > least + kAlike) break;  // nothing makes it cheaper
+      way.meeting = halfway_of(way);
+      take_detours(way);
+      least = std::min(least, way.cost);
+      looked_into.push_back(std::move(way));
+    }
+    if (looked_into.empty()) return std::nullopt;
+    std::erase_if(looked_into, [&](const Crossing& way) { return way.cost > least + kAlike; });
+    return looked_into[at(rng_.index(static_cast<int>(looked_into.size())))];
   }
 
-  [[nodiscard]] double far_cost(const Crossing& way) const {
-    return std::max(0.0, far_turn(way, way.meeting).largest() - kFarTurn) / kFarTurnUnit;
+  [[nodiscard]] static double far_cost(const FarTurns& turns) {
+    const double beyond = turns.largest() - kFarTurn;
+    return beyond <= 0.0 ? 0.0 : std::pow(beyond / kFarTurnUnit, 2);
   }
 
-  /// Lets joints that would be led far from what they were seen to do meet in a pose that they were
-  /// seen in, if that leads them less far.
+  /// Adds what it costs that joints are led far from what they were seen to do. Those are let meet
+  /// in a pose that they were seen in, if that leads them less far.
   void take_detours(Crossing& way) const {
-    const FarTurns far = far_turn(way, way.meeting);
-    if (far.largest() <= kFarTurn) return;
-    const double before = far_cost(way);
+    FarTurns turns = far_turn(way, way.meeting);
     for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      double least = far.of_joint[static_cast<std::size_t>(s)];
+      double& least = turns.of_joint[static_cast<std::size_t>(s)];
       if (least <= kFarTurn) continue;
       const MatrixXd halfway = way.meeting;
       for (const Eigen::Quaterniond& seen : range_.some(s, kDetours)) {
+        if (!may_lead_less_far(way, s, seen, least)) continue;
         const MatrixXd meeting = meeting_in(halfway, s, seen);
         const double turn = far_turn_of(way, meeting, s, least);
         if (turn >= least) continue;
@@ -428,7 +439,29 @@ class TextonWalk::Impl {
         way.meeting = meeting;
       }
     }
-    way.cost += far_cost(way) - before;
+    way.cost += far_cost(turns);
+  }
+
+  /// A look at a few frames on either side, about where a fourth, half and three fourths of the way
+  /// to a rotation are done.
+  [[nodiscard]] bool may_lead_less_far(const Crossing& way, int joint,
+                                       const Eigen::Quaterniond& rotation, double least) const {
+    const int quarter = frames(0.2);
+    for (int n = 1; n <= 3; ++n) {
+      const int before = std::max(entered_, way.leave - (4 - n) * quarter);
+      const int after = std::min(take_end(way.enter) - 1, way.enter + (4 - n) * quarter);
+      for (const int frame : {before, after}) {
+        const Eigen::Quaterniond between = joint_at(frame, joint).slerp(0.25 * n, rotation);
+        if (range_.distance(joint, between) > least + kScreenSlack) return false;
+      }
+    }
+    return true;
+  }
+
+  [[nodiscard]] Eigen::Quaterniond joint_at(int frame, int joint) const {
+    const Index row = static_cast<Index>(3) * joint;
+    return math::exp(texture_.observations.block<3, 1>(row, frame)
+                         .cwiseQuotient(texture_.space.scale.segment<3>(row)));
   }
 
   /// Frames to meet in with one joint in another rotation, as fast as it would be.
@@ -446,16 +479,6 @@ class TextonWalk::Impl {
         math::nearest_branch(math::log(rotation * step), first).cwiseProduct(scale);
     return meeting;
   }
-
-  /// How far joints get from what they were seen to do while a crossing is made, radians, at most;
-  /// less than kFarTurn is told as 0.
-  struct FarTurns {
-    std::array<double, motion::kStandardJointCount> of_joint{};
-
-    [[nodiscard]] double largest() const {
-      return *std::max_element(of_joint.begin(), of_joint.end());
-    }
-  };
 
   [[nodiscard]] FarTurns far_turn(const Crossing& way, const MatrixXd& meeting) const {
     FarTurns turns;
@@ -500,6 +523,7 @@ class TextonWalk::Impl {
           math::log(rotation(y.col(meets + f)).conjugate() * rotation(meeting.col(f)));
     }
     ends.col(side + 1) = math::nearest_branch(ends.col(side + 1), ends.col(side));
+    if (ends.colwise().norm().maxCoeff() <= 0.5 * kFarTurn) return 0.0;
     const MatrixXd offsets = joint_offset_curve(texture_.frame_rate_hz,
                                                 static_cast<int>(y.cols()), ends);
     double farthest = 0.0;

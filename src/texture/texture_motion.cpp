@@ -24,7 +24,7 @@ using Eigen::MatrixXd;
 
 constexpr double kRampS = 0.5;
 // What is drawn anew may turn a joint so far from where it was in the captures.
-constexpr double kMostDrawnTurn = 8.0 * math::kDegree;
+constexpr double kMostDrawnTurn = 4.0 * math::kDegree;
 // Beside a frame that is kept, feet are let go of over this time.
 constexpr double kLetGoS = 0.3;
 // Segments of nearly the same distance are drawn from.

@@ -1,7 +1,7 @@
 // What a motion texture makes of takes that it has not learnt from.
 //
 //   texture_study FOLDER HELD,OUT,TAKES THRESHOLD|auto [FILE.texture]
-//   texture_study FOLDER --one TAKE|all THRESHOLD|auto
+//   texture_study FOLDER --one TAKE,..|all|variations THRESHOLD|auto
 //
 // Learns all takes of FOLDER but the held-out ones at 60 Hz (or reads FILE, if it is there, and
 // else writes it), then prints, for the held-out takes: one-step prediction beside constant
@@ -348,7 +348,11 @@ int study(const std::vector<std::string>& arguments) {
   if (arguments[1] == "--one") {
     for (const studies::Take& take : takes) {
       if (arguments[2] == "all") one_clip(take, arguments[3], {0.1});
-      if (take.name == arguments[2]) one_clip(take, arguments[3], {0.0, 0.1, 0.3, 1.0});
+      if (arguments[2] == "variations") one_clip(take, arguments[3], {0.0, 0.1, 0.3, 1.0});
+      const auto names = studies::split(arguments[2]);
+      if (std::find(names.begin(), names.end(), take.name) != names.end()) {
+        one_clip(take, arguments[3], {0.1});
+      }
     }
     return 0;
   }
