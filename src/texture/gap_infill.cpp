@@ -1,6 +1,7 @@
 #include "laban/texture/gap_infill.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -84,12 +85,104 @@ Texton texton_of_all(const MotionTexture& texture) {
   return fit_texton(texture.observations, takes, fit);
 }
 
+constexpr std::array<int, 5> kTrustGaps{5, 15, 30, 45, 60};
+constexpr int kGapsLearntFrom = 60;
+
+/// Arcs of rotations and straight lines of the rest over a gap. @param ends  d x 2.
+MatrixXd arcs(const ObservationSpace& space, const Ref<const MatrixXd>& ends, int gap) {
+  const VectorXd way = offset_between(space, ends.col(0), ends.col(1));
+  MatrixXd offsets(ends.rows(), gap);
+  for (int f = 0; f < gap; ++f) offsets.col(f) = (f + 1.0) / (gap + 1.0) * way;
+  return with_offsets(space, ends.col(0).replicate(1, gap), offsets);
+}
+
+/// Offsets of every frame of a motion from another one's.
+MatrixXd offsets_of(const ObservationSpace& space, const MatrixXd& from, const MatrixXd& to) {
+  MatrixXd offsets(from.rows(), from.cols());
+  for (Index f = 0; f < from.cols(); ++f) {
+    offsets.col(f) = offset_between(space, from.col(f), to.col(f));
+  }
+  return offsets;
+}
+
+/// The two frames before and the two after a gap, told on branches that are nearest to each other.
+MatrixXd ends_of(const ObservationSpace& space, const Ref<const MatrixXd>& before,
+                 const Ref<const MatrixXd>& after) {
+  MatrixXd ends(before.rows(), 4);
+  ends << before.rightCols(2), on_branches_near(space, after.leftCols(2), before.rightCols<1>());
+  return ends;
+}
+
 }  // namespace
 
 GapInfill::GapInfill(const MotionTexture& texture, const GapInfillOptions& options)
-    : options_(options), step_scale_(texture.space.scale.tail<3>()), textons_(texture.textons) {
-  if (options.texton_of_all) textons_.push_back(texton_of_all(texture));
+    : options_(options), space_(texture.space), textons_(texture.textons) {
+  if (options.texton_of_all) {
+    textons_.push_back(texton_of_all(texture));
+    learn_trust(texture);
+  }
   for (const Texton& texton : textons_) likelihoods_.emplace_back(texton);
+}
+
+// w of arcs + w (texton - arcs), in offsets from the arcs: sum <texton, truth> / sum |texton|^2 over
+// all gaps of a length, spread over the takes.
+void GapInfill::learn_trust(const MotionTexture& texture) {
+  for (const int gap : kTrustGaps) {
+    const int step = std::max(
+        1, static_cast<int>(texture.observations.cols()) / kGapsLearntFrom);
+    double product = 0.0;
+    double square = 0.0;
+    for (const Take& take : texture.takes) {
+      for (int begin = take.begin + 2; begin + gap + 2 <= take.begin + take.length; begin += step) {
+        const MatrixXd ends = ends_of(space_, texture.observations.middleCols(begin - 2, 2),
+                                      texture.observations.middleCols(begin + gap, 2));
+        const MatrixXd straight = arcs(space_, ends.middleCols(1, 2), gap);
+        const MatrixXd made =
+            offsets_of(space_, straight, bridge(textons_.back(), ends, gap).filled);
+        const MatrixXd truth =
+            offsets_of(space_, straight, texture.observations.middleCols(begin, gap));
+        product += made.topRows(kStepRow).cwiseProduct(truth.topRows(kStepRow)).sum();
+        square += made.topRows(kStepRow).squaredNorm();
+      }
+    }
+    trusts_.push_back(square > 0.0 ? std::clamp(product / square, 0.0, 1.0) : 1.0);
+  }
+}
+
+double GapInfill::trust(int gap) const {
+  if (trusts_.empty()) return 1.0;
+  if (gap <= kTrustGaps.front()) return trusts_.front();
+  for (std::size_t n = 1; n < kTrustGaps.size(); ++n) {
+    if (gap > kTrustGaps[n]) continue;
+    const double share = static_cast<double>(gap - kTrustGaps[n - 1]) /
+                         (kTrustGaps[n] - kTrustGaps[n - 1]);
+    return (1.0 - share) * trusts_[n - 1] + share * trusts_[n];
+  }
+  return trusts_.back();
+}
+
+VectorXd GapInfill::next(const Ref<const MatrixXd>& y) const {
+  if (y.cols() < 3) throw Error(ErrorKind::kUsage, "GapInfill::next needs at least three frames");
+  const MatrixXd context = y.rightCols(std::min<Index>(y.cols(), std::max(3, options_.context)));
+  VectorXd scores(std::ssize(likelihoods_));
+  for (std::size_t i = 0; i < likelihoods_.size(); ++i) {
+    scores[static_cast<Index>(i)] = likelihoods_[i].segment(context);
+  }
+  const VectorXd weights = ((scores.array() - scores.maxCoeff()) / options_.temperature).exp();
+  VectorXd predicted = VectorXd::Zero(y.rows());
+  for (std::size_t i = 0; i < textons_.size(); ++i) {
+    const double weight = weights[static_cast<Index>(i)] / weights.sum();
+    if (weight < 1e-6) continue;
+    const Texton& texton = textons_[i];
+    const MatrixXd centered = context.rightCols(2).colwise() - texton.mean;
+    const MatrixXd x = texton.basis.transpose() * centered;
+    const MatrixXd beside = centered - texton.basis * x;
+    const VectorXd state =
+        texton.dynamics.a1 * x.col(1) + texton.dynamics.a2 * x.col(0) + texton.dynamics.offset;
+    predicted +=
+        weight * (texton.mean + texton.basis * state + 2.0 * beside.col(1) - beside.col(0));
+  }
+  return predicted;
 }
 
 MatrixXd GapInfill::fill(const Ref<const MatrixXd>& y, int begin, int end,
@@ -104,7 +197,7 @@ MatrixXd GapInfill::fill(const Ref<const MatrixXd>& y, int begin, int end,
   const int before = std::min(begin, std::max(2, options_.context));
   const int after = std::min(frames - end, std::max(2, options_.context));
   const MatrixXd left = y.middleCols(begin - before, before);
-  MatrixXd right = y.middleCols(end, after);
+  MatrixXd right = on_branches_near(space_, y.middleCols(end, after), left.rightCols<1>());
   right.col(0).tail<3>() = right.col(1).tail<3>();  // the step out of the gap is not known
   MatrixXd ends(y.rows(), 4);
   ends << left.rightCols(2), right.leftCols(2);
@@ -133,10 +226,12 @@ MatrixXd GapInfill::fill(const Ref<const MatrixXd>& y, int begin, int end,
   for (std::size_t n = 0; n < bridges.size(); ++n) {
     filled += (weights[static_cast<Index>(n)] / weights.sum()) * bridges[n].filled;
   }
+  const MatrixXd straight = arcs(space_, ends.middleCols(1, 2), gap);
   MatrixXd result = y;
-  result.middleCols(begin, gap) = filled;
+  result.middleCols(begin, gap) =
+      with_offsets(space_, straight, trust(gap) * offsets_of(space_, straight, filled));
   result.col(end).tail<3>() = right.col(0).tail<3>();
-  const Eigen::Vector3d scale = step_scale_;
+  const Eigen::Vector3d scale = space_.scale.tail<3>();
   auto steps = result.block(kStepRow, begin, 3, gap + 1);
   steps = scale.asDiagonal() * closed(scale.cwiseInverse().asDiagonal() * MatrixXd(steps), way);
   return result;

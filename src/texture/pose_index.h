@@ -10,7 +10,7 @@
 namespace laban::texture {
 
 /// Every so many frames one is looked at where all are compared with all.
-inline constexpr int kIndexStride = 4;
+inline constexpr int kIndexStride = 6;
 
 /// Poses and velocities of a corpus, to find frames at which one motion can become another.
 ///

@@ -41,7 +41,7 @@ constexpr double kScreenSlack = 2.0 * math::kDegree;
 constexpr double kAheadS = 2.0;
 constexpr double kBehindS = 1.0;
 constexpr int kMostCandidates = 32;
-constexpr int kMostRows = 150;
+constexpr int kMostRows = 60;
 constexpr int kEntriesOfALeave = 4;
 // Changes of nearly the same cost are drawn from, or every walk would make the same.
 constexpr double kAlike = 0.25;

@@ -78,37 +78,19 @@ texture::MotionTexture learnt_or_read(const std::vector<studies::Take>& takes,
   return learnt;
 }
 
-/// Root mean square one-step errors of an observation row.
-void one_step(const texture::MotionTexture& texture, const std::string& name, const MatrixXd& y) {
-  const Index frames = y.cols();
-  MatrixXd terms(texture.texton_count(), frames);
-  std::vector<MatrixXd> predictions;
-  for (int i = 0; i < texture.texton_count(); ++i) {
-    const texture::Texton& texton = texture.textons[static_cast<std::size_t>(i)];
-    terms.row(i) = texture::TextonLikelihood(texton).step_terms(y);
-    predictions.push_back(texture::one_step_predictions(texton, y));
-  }
+/// Root mean square one-step errors of an observation row, at every fifth frame.
+void one_step(const texture::GapInfill& infill, const std::string& name, const MatrixXd& y) {
   double texture_error = 0.0;
-  double residual_error = 0.0;
   double velocity_error = 0.0;
   int count = 0;
-  for (Index t = kContext + 2; t < frames; ++t, ++count) {
-    Index best = 0;
-    terms.middleCols(t - kContext, kContext).rowwise().sum().maxCoeff(&best);
-    const auto& one = predictions[static_cast<std::size_t>(best)];
-    const texture::Texton& texton = texture.textons[static_cast<std::size_t>(best)];
-    texture_error += (one.col(t) - y.col(t)).squaredNorm();
-    // What C cannot show goes on as it was.
-    const MatrixXd before = y.middleCols(t - 2, 2).colwise() - texton.mean;
-    const MatrixXd beside = before - texton.basis * (texton.basis.transpose() * before);
-    residual_error += (one.col(t) + 2.0 * beside.col(1) - beside.col(0) - y.col(t)).squaredNorm();
+  for (Index t = kContext; t < y.cols(); t += 5, ++count) {
+    texture_error += (infill.next(y.middleCols(t - kContext, kContext)) - y.col(t)).squaredNorm();
     velocity_error += (2.0 * y.col(t - 1) - y.col(t - 2) - y.col(t)).squaredNorm();
   }
   const double values = static_cast<double>(count) * static_cast<double>(y.rows());
-  std::printf(
-      "  %-12s texton alone %.5f, with its residual carried on %.5f, constant velocity %.5f\n",
-      name.c_str(), std::sqrt(texture_error / values), std::sqrt(residual_error / values),
-      std::sqrt(velocity_error / values));
+  std::printf("  %-12s %.5f, constant velocity %.5f (ratio %.3f)\n", name.c_str(),
+              std::sqrt(texture_error / values), std::sqrt(velocity_error / values),
+              std::sqrt(texture_error / velocity_error));
 }
 
 /// Frames [begin, end) of a clip by straight lines of places and arcs of rotations.
@@ -368,11 +350,10 @@ int study(const std::vector<std::string>& arguments) {
         texture::observe(texture.space, motion::to_pose_matrix(clip, take.capture.humanoid)));
   }
   std::printf("one step, rms of an observation row:\n");
-  for (const auto& [name, y] : unseen) one_step(texture, name, y);
+  const texture::GapInfill infill(texture);
+  for (const auto& [name, y] : unseen) one_step(infill, name, y);
   std::printf("gaps, all held-out takes, textons beside linear interpolation and slerp:\n");
   fill_gaps(texture, unseen, {});
-  std::printf("the same without the texton of all takes:\n");
-  fill_gaps(texture, unseen, {.texton_of_all = false});
   return 0;
 }
 

@@ -72,21 +72,22 @@ TEST(TextonWalk, FollowsTheTransitionMatrixWherePosesLetIt) {
   TextonWalk walk(texture, 0, base::Rng(4));
   std::map<int, int> after_zero;
   int zeros = 0;
-  for (int n = 0; n < 1200; ++n) {
+  for (int n = 0; n < 500; ++n) {
     const int from = walk.texton();
     static_cast<void>(walk.next());
     if (from != 0 || walk.texton() == 0) continue;
     ++zeros;
     ++after_zero[walk.texton()];
   }
-  ASSERT_GT(zeros, 300);
-  EXPECT_NEAR(static_cast<double>(after_zero[2]) / zeros, m(0, 2), 0.12);
+  ASSERT_GT(zeros, 120);
+  // A third; the deviation of a mean of 120 is 0.043.
+  EXPECT_NEAR(static_cast<double>(after_zero[2]) / zeros, m(0, 2), 0.13);
 }
 
 TEST(TextonWalk, GoesFromFrameToFrameOfTheCorpus) {
   const MotionTexture texture = test::synthetic_texture();
   TextonWalk walk(texture, std::nullopt, base::Rng(2));
-  for (int n = 0; n < 200; ++n) {
+  for (int n = 0; n < 60; ++n) {
     const int segment = walk.segment();
     const int entered = walk.entered();
     const TextonChange change = walk.next();
