@@ -85,8 +85,29 @@ Texton texton_of_all(const MotionTexture& texture) {
   return fit_texton(texture.observations, takes, fit);
 }
 
+// Of what predicts the next frame, one that was wrong by twice the squares counts a sixteenth.
+constexpr double kPredictionPower = 4.0;
+
+/// What follows each two neighbouring frames at constant velocity, d x (F - 1).
+MatrixXd steady(const MatrixXd& y) {
+  const Index n = y.cols() - 1;
+  return 2.0 * y.rightCols(n) - y.leftCols(n);
+}
+
+/// What a texton lets follow them; what it cannot show goes on at constant velocity.
+MatrixXd continued(const Texton& texton, const MatrixXd& y) {
+  const Index n = y.cols() - 1;
+  const MatrixXd centered = y.colwise() - texton.mean;
+  const MatrixXd x = texton.basis.transpose() * centered;
+  // A1 x_t + A2 x_{t-1} + D, less what constant velocity makes of the states.
+  MatrixXd bend =
+      texton.dynamics.a1 * x.rightCols(n) + texton.dynamics.a2 * x.leftCols(n) - steady(x);
+  bend.colwise() += texton.dynamics.offset;
+  return steady(y) + texton.basis * bend;
+}
+
 constexpr std::array<int, 5> kTrustGaps{5, 15, 30, 45, 60};
-constexpr int kGapsLearntFrom = 60;
+constexpr int kGapsLearntFrom = 120;
 
 /// Arcs of rotations and straight lines of the rest over a gap. @param ends  d x 2.
 MatrixXd arcs(const ObservationSpace& space, const Ref<const MatrixXd>& ends, int gap) {
@@ -124,16 +145,18 @@ GapInfill::GapInfill(const MotionTexture& texture, const GapInfillOptions& optio
   for (const Texton& texton : textons_) likelihoods_.emplace_back(texton);
 }
 
-// w of arcs + w (texton - arcs), in offsets from the arcs: sum <texton, truth> / sum |texton|^2 over
-// all gaps of a length, spread over the takes.
+// Of arcs + w (texton - arcs) the w, to a twentieth, that leaves the least error, summed over
+// frames as it is, not squared: a few frames of broken capture would else decide.
 void GapInfill::learn_trust(const MotionTexture& texture) {
+  constexpr int kShares = 20;
+  const int step = std::max(1, static_cast<int>(texture.observations.cols()) / kGapsLearntFrom);
   for (const int gap : kTrustGaps) {
-    const int step = std::max(
-        1, static_cast<int>(texture.observations.cols()) / kGapsLearntFrom);
-    double product = 0.0;
-    double square = 0.0;
+    VectorXd errors = VectorXd::Zero(kShares + 1);
     for (const Take& take : texture.takes) {
-      for (int begin = take.begin + 2; begin + gap + 2 <= take.begin + take.length; begin += step) {
+      const int room = take.length - gap - 4;
+      const int count = room < 0 ? 0 : std::max(1, take.length / step);
+      for (int k = 0; k < count; ++k) {  // evenly spread: takes begin and end in stillness
+        const int begin = take.begin + 2 + static_cast<int>((k + 0.5) / count * room);
         const MatrixXd ends = ends_of(space_, texture.observations.middleCols(begin - 2, 2),
                                       texture.observations.middleCols(begin + gap, 2));
         const MatrixXd straight = arcs(space_, ends.middleCols(1, 2), gap);
@@ -141,11 +164,15 @@ void GapInfill::learn_trust(const MotionTexture& texture) {
             offsets_of(space_, straight, bridge(textons_.back(), ends, gap).filled);
         const MatrixXd truth =
             offsets_of(space_, straight, texture.observations.middleCols(begin, gap));
-        product += made.topRows(kStepRow).cwiseProduct(truth.topRows(kStepRow)).sum();
-        square += made.topRows(kStepRow).squaredNorm();
+        for (int n = 0; n <= kShares; ++n) {
+          const double share = static_cast<double>(n) / kShares;
+          errors[n] += (share * made - truth).topRows(kStepRow).colwise().norm().sum();
+        }
       }
     }
-    trusts_.push_back(square > 0.0 ? std::clamp(product / square, 0.0, 1.0) : 1.0);
+    Index best = 0;
+    const double least = errors.minCoeff(&best);
+    trusts_.push_back(least > 0.0 ? static_cast<double>(best) / kShares : 1.0);
   }
 }
 
@@ -154,8 +181,8 @@ double GapInfill::trust(int gap) const {
   if (gap <= kTrustGaps.front()) return trusts_.front();
   for (std::size_t n = 1; n < kTrustGaps.size(); ++n) {
     if (gap > kTrustGaps[n]) continue;
-    const double share = static_cast<double>(gap - kTrustGaps[n - 1]) /
-                         (kTrustGaps[n] - kTrustGaps[n - 1]);
+    const double share =
+        static_cast<double>(gap - kTrustGaps[n - 1]) / (kTrustGaps[n] - kTrustGaps[n - 1]);
     return (1.0 - share) * trusts_[n - 1] + share * trusts_[n];
   }
   return trusts_.back();
@@ -164,23 +191,20 @@ double GapInfill::trust(int gap) const {
 VectorXd GapInfill::next(const Ref<const MatrixXd>& y) const {
   if (y.cols() < 3) throw Error(ErrorKind::kUsage, "GapInfill::next needs at least three frames");
   const MatrixXd context = y.rightCols(std::min<Index>(y.cols(), std::max(3, options_.context)));
-  VectorXd scores(std::ssize(likelihoods_));
-  for (std::size_t i = 0; i < likelihoods_.size(); ++i) {
-    scores[static_cast<Index>(i)] = likelihoods_[i].segment(context);
+  const Index known = context.cols() - 2;
+  std::vector<MatrixXd> predictions{steady(context)};
+  for (const Texton& texton : textons_) predictions.push_back(continued(texton, context));
+  VectorXd squares(std::ssize(predictions));
+  for (Index i = 0; i < squares.size(); ++i) {
+    const MatrixXd& one = predictions[static_cast<std::size_t>(i)];
+    squares[i] = (one.leftCols(known) - context.rightCols(known)).squaredNorm();
   }
-  const VectorXd weights = ((scores.array() - scores.maxCoeff()) / options_.temperature).exp();
+  const double least = squares.minCoeff();
+  if (least == 0.0) return predictions.front().col(known);  // nothing moves but evenly
+  const VectorXd weights = (squares / least).array().pow(-kPredictionPower);
   VectorXd predicted = VectorXd::Zero(y.rows());
-  for (std::size_t i = 0; i < textons_.size(); ++i) {
-    const double weight = weights[static_cast<Index>(i)] / weights.sum();
-    if (weight < 1e-6) continue;
-    const Texton& texton = textons_[i];
-    const MatrixXd centered = context.rightCols(2).colwise() - texton.mean;
-    const MatrixXd x = texton.basis.transpose() * centered;
-    const MatrixXd beside = centered - texton.basis * x;
-    const VectorXd state =
-        texton.dynamics.a1 * x.col(1) + texton.dynamics.a2 * x.col(0) + texton.dynamics.offset;
-    predicted +=
-        weight * (texton.mean + texton.basis * state + 2.0 * beside.col(1) - beside.col(0));
+  for (Index i = 0; i < squares.size(); ++i) {
+    predicted += weights[i] / weights.sum() * predictions[static_cast<std::size_t>(i)].col(known);
   }
   return predicted;
 }

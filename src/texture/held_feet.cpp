@@ -106,8 +106,7 @@ double HeldFeet::share(int frame) const {
   int count = 0;
   for (int f = frame - reach_; f <= frame + reach_; ++f) {
     if (f < 0 || f > last) continue;
-    sum += *std::min_element(from + std::max(0, f - reach_),
-                             from + std::min(last, f + reach_) + 1);
+    sum += *std::min_element(from + std::max(0, f - reach_), from + std::min(last, f + reach_) + 1);
     ++count;
   }
   return sum / count;

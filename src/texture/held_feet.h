@@ -35,7 +35,8 @@ class HeldFeet {
   int before_ = 0;                  // how many before
 };
 
-/// Frames of a clip, some of them as another one has them: with share 0 as `plain`, with 1 as `held`.
+/// Frames of a clip, some of them as another one has them: with share 0 as `plain`, with 1 as
+/// `held`.
 /// @param shares  one a frame.
 [[nodiscard]] motion::Clip mixed(const motion::Clip& plain, const motion::Clip& held,
                                  const std::vector<double>& shares);

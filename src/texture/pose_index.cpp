@@ -153,8 +153,7 @@ RotationRange::RotationRange(const MotionTexture& texture) {
 
 double RotationRange::distance(int joint, const Eigen::Quaterniond& rotation) const {
   const Eigen::Vector4f q = rotation.coeffs().cast<float>();
-  const float nearest =
-      (captured_[static_cast<std::size_t>(joint)] * q).cwiseAbs().maxCoeff();
+  const float nearest = (captured_[static_cast<std::size_t>(joint)] * q).cwiseAbs().maxCoeff();
   return 2.0 * std::acos(std::min(1.0, static_cast<double>(nearest)));
 }
 

@@ -15,8 +15,8 @@ inline constexpr int kIndexStride = 6;
 /// Poses and velocities of a corpus, to find frames at which one motion can become another.
 ///
 /// A frame is told by two columns of each joint's rotation matrix (which have no branches), by how
-/// they change to the next frame times 0.15 s (so far a joint goes before a change of course shows),
-/// by height and by steps in observation units.
+/// they change to the next frame times 0.15 s (so far a joint goes before a change of course
+/// shows), by height and by steps in observation units.
 class PoseIndex {
  public:
   /// @param texture  must outlive this.
@@ -68,8 +68,8 @@ class RotationRange {
  public:
   explicit RotationRange(const MotionTexture& texture);
 
-  /// Angle from a rotation of a joint (radians; as observed, away from the reference) to the nearest
-  /// captured one of that joint. Time O(frames).
+  /// Angle from a rotation of a joint (radians; as observed, away from the reference) to the
+  /// nearest captured one of that joint. Time O(frames).
   [[nodiscard]] double distance(int joint, const Eigen::Quaterniond& rotation) const;
   /// About `count` captured rotations of a joint, spread over the corpus.
   [[nodiscard]] std::vector<Eigen::Quaterniond> some(int joint, int count) const;

@@ -14,14 +14,15 @@ inline constexpr double kLongestFadeS = 1.25;
                                               const Eigen::Ref<const Eigen::MatrixXd>& from,
                                               const Eigen::Ref<const Eigen::MatrixXd>& to);
 
-/// Where two motions meet: the two frames halfway between two of the one and two of the other, d x 2.
+/// Where two motions meet: the two frames halfway between two of the one and two of the other, d
+/// x 2.
 [[nodiscard]] Eigen::MatrixXd halfway(const ObservationSpace& space,
                                       const Eigen::Ref<const Eigen::MatrixXd>& a,
                                       const Eigen::Ref<const Eigen::MatrixXd>& b);
 
 /// Offsets of a motion of `length` frames from given ones of its first two and its last two: they
-/// come and go over three quarters of a second, longer if they are large, the sooner the faster they
-/// change, for then they would overshoot.
+/// come and go over three quarters of a second, longer if they are large, the sooner the faster
+/// they change, for then they would overshoot.
 /// @param first, last  d x 2.  @returns d x length, C1 (ramp_between).
 [[nodiscard]] Eigen::MatrixXd offset_curve(const MotionTexture& texture, int length,
                                            const Eigen::Ref<const Eigen::MatrixXd>& first,

@@ -35,7 +35,7 @@ constexpr double kRestless = 2.0;
 constexpr double kHandoverS = 0.25;
 // Poses that a joint tries to meet in, and how much farther than the best one so far a first look
 // may find one.
-constexpr int kDetours = 300;
+constexpr int kDetours = 120;
 constexpr double kScreenSlack = 2.0 * math::kDegree;
 // What is repeated of the seconds to come, and left out of those just before, is counted so far.
 constexpr double kAheadS = 2.0;
@@ -117,6 +117,7 @@ class TextonWalk::Impl {
       ++visits_[at(block)];
     }
     if (!change.is_captured()) exit_.reset();
+    if (change.is_captured() || change.entering != drawn_) drawn_.reset();
     segment_ = change.entering;
     entered_ = change.enter;
     return change;
@@ -147,8 +148,8 @@ class TextonWalk::Impl {
     return entered_ + std::max(3, std::min(frames(kStayS), (end_of(segment_) - entered_) / 2));
   }
 
-  /// Where a take begins, each as likely as it is long; after its first frames, if they are those of
-  /// a body that falls into its pose.
+  /// Where a take begins, each as likely as it is long; after its first frames, if they are those
+  /// of a body that falls into its pose.
   void begin_a_take() {
     const int any = rng_.index(static_cast<int>(texture_.observations.cols()));
     entered_ = texture_.takes[at(index_.take_of(any))].begin;
@@ -165,9 +166,11 @@ class TextonWalk::Impl {
     if (exit_ && (exit_->leave < end_of(segment_) + frames(kStayS) || !follows(segment_))) {
       return crossed(*exit_);
     }
-    const std::optional<int> change = drawn_change();
-    if (change && *change != segment_) {
-      if (const auto crossing = way_to(*change)) return crossed(*crossing);
+    // Come here to go on as this segment did, it does not draw again.
+    if (drawn_ == segment_) return captured_change();
+    drawn_ = drawn_change();
+    if (drawn_ && *drawn_ != segment_) {
+      if (const auto crossing = way_to(*drawn_)) return crossed(*crossing);
     }
     return follows(segment_) ? captured_change() : begun_anew();
   }
@@ -185,11 +188,15 @@ class TextonWalk::Impl {
 
   [[nodiscard]] TextonChange crossed(const Crossing& crossing) const {
     const int entering = segment_of(crossing.enter);
-    const bool seen =
-        texture_.transition_counts(segment(segment_).texton, segment(entering).texton) > 0.0;
-    return {segment_,       entering,
-            crossing.leave, crossing.enter,
-            crossing.meeting.cols() > 0 ? crossing.meeting : halfway_of(crossing), !seen};
+    const int from = segment(segment_).texton;
+    const int to = segment(entering).texton;
+    const bool seen = from == to || texture_.transition_counts(from, to) > 0.0;
+    return {segment_,
+            entering,
+            crossing.leave,
+            crossing.enter,
+            crossing.meeting.cols() > 0 ? crossing.meeting : halfway_of(crossing),
+            !seen};
   }
 
   [[nodiscard]] MatrixXd halfway_of(const Crossing& crossing) const {
@@ -304,10 +311,11 @@ class TextonWalk::Impl {
   [[nodiscard]] double leaving_cost(int leave, int end, double usual) const {
     const double run_s = (leave - entered_) / texture_.frame_rate_hz;
     int unseen = 0;
-    for (int f = leave; f < end; f += kIndexStride) unseen += visits_[at(f / kIndexStride)] <= usual;
+    for (int f = leave; f < end; f += kIndexStride)
+      unseen += visits_[at(f / kIndexStride)] <= usual;
     return kSecondLeftOut * (end - leave) / texture_.frame_rate_hz +
-           kUnseenSecond * unseen * kIndexStride / texture_.frame_rate_hz + std::max(0.0, kRunS - run_s) +
-           (index_.is_calm(leave) ? 0.0 : kRestless);
+           kUnseenSecond * unseen * kIndexStride / texture_.frame_rate_hz +
+           std::max(0.0, kRunS - run_s) + (index_.is_calm(leave) ? 0.0 : kRestless);
   }
 
   /// The best places to leave the rest of the take for any other, before its `end`.
@@ -351,8 +359,10 @@ class TextonWalk::Impl {
       Index best = 0;
       const float cost = costs.minCoeff(&best);
       if (!std::isfinite(cost)) return;
-      found.push_back({leave, entries[static_cast<std::size_t>(best)],
-                       static_cast<double>(cost) + leaving, {}});
+      found.push_back({leave,
+                       entries[static_cast<std::size_t>(best)],
+                       static_cast<double>(cost) + leaving,
+                       {}});
       const Index first = std::max<Index>(0, best - 3);
       costs.segment(first, std::min<Index>(costs.size() - first, 7))
           .setConstant(std::numeric_limits<float>::infinity());
@@ -387,14 +397,15 @@ class TextonWalk::Impl {
          std::max(coarse.enter + 1, end_of(segment_of(coarse.enter)) - frames(kStayS) + 1)});
     const MatrixXf d = squared_distances(index_.features(from, to - from),
                                          index_.features(enter_from, enter_to - enter_from));
-    const double before =
-        static_cast<double>(d(coarse.leave - from, coarse.enter - enter_from));
+    const double before = static_cast<double>(d(coarse.leave - from, coarse.enter - enter_from));
     Index f = 0;
     Index g = 0;
     const double after = static_cast<double>(d.minCoeff(&f, &g));
     const double usual = std::max(1e-9, index_.usual_distance());
-    return {from + static_cast<int>(f), enter_from + static_cast<int>(g),
-            coarse.cost + (std::sqrt(after) - std::sqrt(before)) / usual, {}};
+    return {from + static_cast<int>(f),
+            enter_from + static_cast<int>(g),
+            coarse.cost + (std::sqrt(after) - std::sqrt(before)) / usual,
+            {}};
   }
 
   /// Out of the take that ends before frame `end`, by one of the cheapest ways.
@@ -501,8 +512,8 @@ class TextonWalk::Impl {
                                joint, enough);
     }
     if (after >= kFewestConstrained && farthest < enough) {
-      farthest = std::max(
-          farthest, farthest_turn(y.middleCols(way.enter, after), 0, meeting, joint, enough));
+      farthest = std::max(farthest,
+                          farthest_turn(y.middleCols(way.enter, after), 0, meeting, joint, enough));
     }
     return farthest;
   }
@@ -524,8 +535,8 @@ class TextonWalk::Impl {
     }
     ends.col(side + 1) = math::nearest_branch(ends.col(side + 1), ends.col(side));
     if (ends.colwise().norm().maxCoeff() <= 0.5 * kFarTurn) return 0.0;
-    const MatrixXd offsets = joint_offset_curve(texture_.frame_rate_hz,
-                                                static_cast<int>(y.cols()), ends);
+    const MatrixXd offsets =
+        joint_offset_curve(texture_.frame_rate_hz, static_cast<int>(y.cols()), ends);
     double farthest = 0.0;
     for (Index f = 0; f < y.cols() && farthest < enough; f += kEvery) {
       const Eigen::Vector3d turn = offsets.col(f);
@@ -544,6 +555,7 @@ class TextonWalk::Impl {
   base::Rng rng_;
   int segment_ = 0;
   int entered_ = 0;
+  std::optional<int> drawn_;      // the segment from which the corpus went on as drawn
   std::optional<Crossing> exit_;  // by which the take now walked on is to be left
 };
 

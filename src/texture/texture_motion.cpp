@@ -27,6 +27,10 @@ constexpr double kRampS = 0.5;
 constexpr double kMostDrawnTurn = 4.0 * math::kDegree;
 // Beside a frame that is kept, feet are let go of over this time.
 constexpr double kLetGoS = 0.3;
+// A texton of a path is made of a source that lasts so much longer or shorter than it, where there
+// is one, and twice as long counts as two poses three radians apart.
+constexpr double kStretch = 1.25;
+constexpr double kStretchCost = 4.0;
 // Segments of nearly the same distance are drawn from.
 constexpr double kAlike = 0.25;
 
@@ -117,9 +121,8 @@ class TextonSequence {
   /// `length` frames. The two after them are `meeting`, and there the next texton begins, which
   /// goes on with frame `enter` of the corpus.
   MatrixXd until(const Source& source, int length, int enter, const MatrixXd& meeting) {
-    const MatrixXd y =
-        draw(source, std::max(length + 2, kFewestConstrained),
-             offsets_between(texture_.space, two_frames(source.end - 2), meeting));
+    const MatrixXd y = draw(source, std::max(length + 2, kFewestConstrained),
+                            offsets_between(texture_.space, two_frames(source.end - 2), meeting));
     first_ = offsets_between(texture_.space, two_frames(enter), meeting);
     return y.leftCols(y.cols() - 2);
   }
@@ -147,7 +150,8 @@ class TextonSequence {
                                         {1, captured.col(1)},
                                         {length - 2, captured.col(captured.cols() - 2)},
                                         {length - 1, captured.col(captured.cols() - 1)}};
-    const MatrixXd drawn = draw_noise(model.dimension(), length - 2, noise_level_ * variation_, rng_);
+    const MatrixXd drawn =
+        draw_noise(model.dimension(), length - 2, noise_level_ * variation_, rng_);
     const double own = noise_level_ * std::sqrt(1.0 - variation_ * variation_);
     if (own == 0.0) return synthesizer_.synthesize(source.texton, length, pins, drawn);
     const MatrixXd centered = captured.colwise() - model.mean;
@@ -217,8 +221,8 @@ void check_path(const MotionTexture& texture, std::span<const PlannedTexton> pat
     }
     const auto is_its = [&](const Segment& s) { return s.texton == planned.texton; };
     if (std::none_of(texture.segments.begin(), texture.segments.end(), is_its)) {
-      throw Error(ErrorKind::kUsage, "there is no texton " + std::to_string(planned.texton) +
-                                         " with a segment");
+      throw Error(ErrorKind::kUsage,
+                  "there is no texton " + std::to_string(planned.texton) + " with a segment");
     }
   }
   for (const auto* end : {&ends.from, &ends.to}) {
@@ -243,9 +247,9 @@ class PathSources {
       std::vector<Choice> choices;
       for (const int s : segments_of(texture_, path_[n].texton)) {
         Choice choice = whole(s, n + 1 == path_.size());
-        if (n == 0 && ends_.from) cut_begin(choice, *ends_.from);
-        if (n + 1 == path_.size() && ends_.to) cut_end(choice, *ends_.to);
-        choice.cost += kAlike * rng.uniform();
+        if (n == 0 && ends_.from) cut_begin(choice, *ends_.from, path_[n].length);
+        if (n + 1 == path_.size() && ends_.to) cut_end(choice, *ends_.to, path_[n].length);
+        choice.cost += kAlike * rng.uniform() + stretching_cost(choice, path_[n].length);
         if (n > 0) come_from(table.back(), choice);
         choices.push_back(choice);
       }
@@ -288,12 +292,25 @@ class PathSources {
     }
     return {{s.texton, s.begin, end}, 0.0, 0};
   }
-  /// The pose that a path begins with may be one from the first half of its texton.
-  void cut_begin(Choice& choice, const MatrixXd& from) const {
-    const Source whole = choice.source;
+  /// How far a texton may be stretched or sped up to last as long as it is planned to, of what its
+  /// source lasts: what drove it is read over more or fewer frames then, and further off it would
+  /// no longer drive it where it went.
+  [[nodiscard]] static std::pair<int, int> lengths(const Choice& choice,
+                                                   const std::optional<int>& planned) {
+    const int whole = choice.source.length();
+    if (!planned) return {whole / 2 + kFewestConstrained, whole};
+    const double length = *planned + 2;
+    const int most = std::min(whole, static_cast<int>(kStretch * length));
+    return {std::clamp(static_cast<int>(length / kStretch), kFewestConstrained,
+                       std::max(kFewestConstrained, most)),
+            most};
+  }
+  /// The pose that a path begins with may be one from within its texton.
+  void cut_begin(Choice& choice, const MatrixXd& from, const std::optional<int>& planned) const {
+    const auto [fewest, most] = lengths(choice, planned);
     double least = math::kInfinity;
-    const int last = whole.begin + std::max(0, whole.length() / 2 - kFewestConstrained);
-    for (int begin = whole.begin; begin <= last; ++begin) {
+    const int end = choice.source.end;
+    for (int begin = end - most; begin <= std::max(end - most, end - fewest); ++begin) {
       const double one = distance(begin, from);
       if (one >= least) continue;
       least = one;
@@ -301,17 +318,23 @@ class PathSources {
     }
     choice.cost += least;
   }
-  void cut_end(Choice& choice, const MatrixXd& to) const {
-    const Source whole = choice.source;
+  void cut_end(Choice& choice, const MatrixXd& to, const std::optional<int>& planned) const {
+    const auto [fewest, most] = lengths(choice, planned);
     double least = math::kInfinity;
-    const int first = std::min(whole.end, whole.begin + whole.length() / 2 + kFewestConstrained);
-    for (int end = whole.end; end >= first; --end) {
+    const int begin = choice.source.begin;
+    for (int end = begin + most; end >= std::min(begin + most, begin + fewest); --end) {
       const double one = distance(end - 2, to);
       if (one >= least) continue;
       least = one;
       choice.source.end = end;
     }
     choice.cost += least;
+  }
+  /// What it costs that a source lasts longer or shorter than it is to.
+  [[nodiscard]] static double stretching_cost(const Choice& choice,
+                                              const std::optional<int>& planned) {
+    if (!planned) return 0.0;
+    return kStretchCost * std::abs(std::log((*planned + 2.0) / choice.source.length()));
   }
   void come_from(const std::vector<Choice>& choices, Choice& to) const {
     double least = math::kInfinity;
@@ -391,8 +414,8 @@ class TextureMotion::Impl {
     const int texton = walk_.texton();
     const int entered = walk_.entered();
     const TextonChange change = walk_.next();
-    const MatrixXd y = sequence_.until({texton, entered, change.leave + 2},
-                                       change.leave - entered, change.enter, change.meeting);
+    const MatrixXd y = sequence_.until({texton, entered, change.leave + 2}, change.leave - entered,
+                                       change.enter, change.meeting);
     parts_.push_back({texton, made_, made_ + y.cols(), change.jump});
     made_ += y.cols();
     motion::Clip clip = player_.play(y);

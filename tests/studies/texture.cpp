@@ -193,7 +193,8 @@ MatrixXd windows(const motion::PoseMatrix& pose, int step) {
   for (int f = 0; f < pose.frame_count(); ++f) {
     for (int s = 0; s < motion::kStandardJointCount; ++s) {
       rotations.block<9, 1>(9 * s, f) =
-          math::exp(pose.angles.block<3, 1>(3 * s, f)).toRotationMatrix().reshaped() / std::sqrt(2.0);
+          math::exp(pose.angles.block<3, 1>(3 * s, f)).toRotationMatrix().reshaped() /
+          std::sqrt(2.0);
     }
   }
   const int count = (pose.frame_count() - kWindow) / step + 1;
@@ -288,14 +289,13 @@ OneClip make_minute(const texture::MotionTexture& texture, const motion::PoseMat
   const MatrixXd d = squared_distances(own, windows(played, 3));
   const double usual = usual_distance(own);
   found.coverage = (d.rowwise().minCoeff().array().sqrt() <= usual).cast<double>().mean();
-  found.new_windows =
-      (d.colwise().minCoeff().array().sqrt() > 0.5 * usual).cast<double>().mean();
+  found.new_windows = (d.colwise().minCoeff().array().sqrt() > 0.5 * usual).cast<double>().mean();
   const motion::FootFloor floor = texture.rig.floor.value_or(motion::FootFloor{});
   found.quality = motion::measure_quality(made.clip, texture.rig.humanoid, floor);
   const auto joins = joins_of(made);
   found.joins = static_cast<int>(joins.size());
-  found.percentile = motion::join_acceleration_percentile(found.quality, joins, {&captured, 1})
-                         .value_or(0.0);
+  found.percentile =
+      motion::join_acceleration_percentile(found.quality, joins, {&captured, 1}).value_or(0.0);
   return found;
 }
 

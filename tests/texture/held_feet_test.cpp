@@ -60,7 +60,8 @@ TEST(HeldFeet, GivesTheSameFramesInWhateverPiecesTheyComeAndGo) {
   const auto compare = [&](const motion::Clip& piece) {
     for (int f = 0; f < piece.frame_count(); ++f, ++given) {
       for (int j = 0; j < piece.joint_count(); ++j) {
-        largest = std::max(largest, math::angle_between(piece.rotation(f, j), all.rotation(given, j)));
+        largest =
+            std::max(largest, math::angle_between(piece.rotation(f, j), all.rotation(given, j)));
       }
     }
   };

@@ -136,8 +136,8 @@ TEST(ObservationSpace, OffsetsTurnOneObservationIntoAnotherTheShorterWay) {
   EXPECT_LE(largest_angle(a, b), 1e-7);
   EXPECT_LE((turned - y.col(1)).bottomRows(4).norm(), 1e-12);
   // The same turn told the longer way.
-  const Eigen::VectorXd longer = offset_between(
-      space, y.col(0), y.col(1), Eigen::VectorXd(y.col(1) - y.col(0)));
+  const Eigen::VectorXd longer =
+      offset_between(space, y.col(0), y.col(1), Eigen::VectorXd(y.col(1) - y.col(0)));
   EXPECT_NEAR(longer.segment<3>(9).norm(), 1.5 * 340.0 / 180.0 * std::numbers::pi, 1e-9);
   EXPECT_LE(largest_angle(poses_of(space, with_offsets(space, y.col(0), longer), 60.0, 1.0), b),
             1e-7);

@@ -87,7 +87,7 @@ TEST(TextonWalk, FollowsTheTransitionMatrixWherePosesLetIt) {
 TEST(TextonWalk, GoesFromFrameToFrameOfTheCorpus) {
   const MotionTexture texture = test::synthetic_texture();
   TextonWalk walk(texture, std::nullopt, base::Rng(2));
-  for (int n = 0; n < 60; ++n) {
+  for (int n = 0; n < 25; ++n) {
     const int segment = walk.segment();
     const int entered = walk.entered();
     const TextonChange change = walk.next();
@@ -97,8 +97,8 @@ TEST(TextonWalk, GoesFromFrameToFrameOfTheCorpus) {
     EXPECT_GE(change.leave, entered + 3);
     // Both go on for a frame in the take that they are of.
     for (const int frame : {change.leave, change.enter}) {
-      const bool inside = std::any_of(
-          texture.takes.begin(), texture.takes.end(), [&](const Take& take) {
+      const bool inside =
+          std::any_of(texture.takes.begin(), texture.takes.end(), [&](const Take& take) {
             return frame >= take.begin && frame + 1 < take.begin + take.length;
           });
       EXPECT_TRUE(inside) << frame;

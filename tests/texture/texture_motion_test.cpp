@@ -84,8 +84,9 @@ double largest_acceleration(const motion::Clip& clip, int begin, int end) {
 TEST(TextureMotion, BendsAtJoinsLittleMoreThanTheSmoothestCapturesDo) {
   double captured = 0.0;
   for (const Take& take : texture().takes) {
-    const motion::Clip clip = play_observations(
-        texture(), texture().observations.middleCols(take.begin, take.length), {.hold_feet = false});
+    const motion::Clip clip =
+        play_observations(texture(), texture().observations.middleCols(take.begin, take.length),
+                          {.hold_feet = false});
     captured = std::max(captured, largest_acceleration(clip, 0, clip.frame_count()));
   }
   TextureMotion motion(texture(), {.seed = 4, .variation = 0.0, .hold_feet = false});
@@ -221,8 +222,7 @@ TEST(TextureMotion, TurnsNoJointFarFromWhatItWasSeenToDo) {
         texture().rig.humanoid);
     double farthest = 0.0;
     for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      const MatrixXd cosines =
-          (quaternions(made, s).transpose() * quaternions(seen, s)).cwiseAbs();
+      const MatrixXd cosines = (quaternions(made, s).transpose() * quaternions(seen, s)).cwiseAbs();
       farthest = std::max(farthest, 2.0 * std::acos(cosines.rowwise().maxCoeff().minCoeff()));
     }
     // Two random dances have no poses in common: halfway, some joints are a little beyond 15.

@@ -202,10 +202,8 @@ void run(const TextureEditVerb& verb) {
   const texture::MotionTexture texture = read_texture_file(verb.input, record);
   PoseReader poses(texture, verb.reading, verb.common);
   const Edited edited = edit(verb, texture, poses);
-  const motion::Clip clip =
-      texture::play_observations(
-          texture, edited.observations,
-          {.hold_feet = !verb.no_foot_fix, .kept_frames = edited.pinned});
+  const motion::Clip clip = texture::play_observations(
+      texture, edited.observations, {.hold_feet = !verb.no_foot_fix, .kept_frames = edited.pinned});
   write_clip(verb.output, clip, verb.common, {}, verb.writing);
   if (!verb.picture.empty()) write_picture(verb, texture, edited, clip);
   std::vector<InputRecord> records{record};

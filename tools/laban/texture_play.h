@@ -28,7 +28,8 @@ class PoseReader {
   /// the frame itself where it has but one), earlier first: d x 2.
   /// @throws Error{kUsage} naming the option if `key` is no pose of a clip.
   [[nodiscard]] Eigen::MatrixXd pair(const std::string& option, const std::string& key, int step);
-  /// Where on the ground the pose stands and which way it faces, in leg lengths of the texture's rig.
+  /// Where on the ground the pose stands and which way it faces, in leg lengths of the texture's
+  /// rig.
   /// @throws as pair.
   [[nodiscard]] motion::PlanarPose place(const std::string& option, const std::string& key);
   [[nodiscard]] const std::vector<InputRecord>& records() const { return records_; }

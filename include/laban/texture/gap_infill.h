@@ -32,8 +32,9 @@ struct GapInfillOptions {
 /// error is spread over it.
 ///
 /// What has been made so is drawn towards arcs of rotations (slerp) from the one side to the other,
-/// as much as least squares says of gaps of 5 to 60 frames in the texture's own takes, filled by the texton of all (stacking, Wolpert 1992). A gap does
-/// not tell how often a joint turned about itself in it; it turns the shorter way.
+/// as much as leaves the least error in gaps of 5 to 60 frames of the texture's own takes, filled
+/// by the texton of all (stacking, Wolpert 1992). A gap does not tell how often a joint turned
+/// about itself in it; it turns the shorter way.
 class GapInfill {
  public:
   explicit GapInfill(const MotionTexture& texture, const GapInfillOptions& options = {});
@@ -49,8 +50,9 @@ class GapInfill {
   [[nodiscard]] Eigen::MatrixXd fill(const Eigen::Ref<const Eigen::MatrixXd>& y, int begin, int end,
                                      const Eigen::Vector3d& way) const;
 
-  /// The frame that follows `y`: what textons make of its last two, each weighed by how likely it
-  /// makes the last frames; what a texton cannot show goes on at constant velocity.
+  /// The frame that follows `y`: what textons make of its last two frames (what one cannot show
+  /// goes on at constant velocity) and constant velocity itself, each weighed by how well it would
+  /// have told the last frames: by the inverse fourth power of its squared error.
   /// @param y  d x F, F >= 3.
   /// @throws Error{kUsage} if F < 3.
   [[nodiscard]] Eigen::VectorXd next(const Eigen::Ref<const Eigen::MatrixXd>& y) const;

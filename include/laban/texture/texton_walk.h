@@ -18,9 +18,9 @@ struct TextonChange {
   int entering = 0;
   int leave = 0;
   int enter = 0;
-  /// What the two frames are where they meet, d x 2 observations: halfway between the two places, or,
-  /// for a joint that would so be led far from all that it was seen to do, a pose that it was seen
-  /// in.
+  /// What the two frames are where they meet, d x 2 observations: halfway between the two places,
+  /// or, for a joint that would so be led far from all that it was seen to do, a pose that it was
+  /// seen in.
   Eigen::MatrixXd meeting;
   bool jump = false;  ///< nothing in the captures goes from the one texton to the other
 
@@ -43,7 +43,8 @@ struct TextonChange {
 class TextonWalk {
  public:
   /// @param texture  must outlive the walk; at least one segment.
-  /// @param first    texton to begin with; nullopt: a take's first, the likelier the longer the take.
+  /// @param first    texton to begin with; nullopt: a take's first, the likelier the longer the
+  /// take.
   /// @throws Error{kUsage} if there is no such texton, or it has no segment.
   TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng);
   TextonWalk(TextonWalk&&) noexcept;

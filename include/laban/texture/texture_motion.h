@@ -47,12 +47,16 @@ struct TextureClip {
   std::vector<TextonPart> parts;  ///< those of which a frame is in the clip
 };
 
-/// An endless random walk over textons (METHODS 2.3, "ballroom"): each is drawn given that its last
-/// two frames are the first two of the next, which are those of one of its segments; it lasts as
-/// long as the segment did from which the corpus went on so, whose innovations drive it. The part
-/// of the next one's frames that this one cannot show comes in smoothly over its last half second:
-/// poses and velocities are continuous. After a jump the difference fades over the next one's first
-/// three quarters of a second. Memory does not grow with the frames that have passed.
+/// An endless random walk over textons (METHODS 2.3, "ballroom"; TextonWalk says where it goes).
+///
+/// Each texton is drawn given the first two and the last two frames of a stretch of one of its
+/// segments, whose innovations drive it ([Li02, 5.2] with ends of its own); what is drawn anew is
+/// lowered where it would turn a joint by more than 4 degrees. Where the walk leaves the capture for
+/// another place, the two textons meet halfway: rotations that come and go over up to 1.25 seconds
+/// on either side lead there, joint by joint the shorter way, so that poses and velocities are
+/// continuous. Feet are held as far as that turns no joint by more than 7 degrees. So no joint gets
+/// far from what it was seen to do, if the captures have poses that are near each other. Memory does
+/// not grow with the frames that have passed.
 class TextureMotion {
  public:
   /// @param texture  must outlive this.
