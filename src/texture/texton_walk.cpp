@@ -31,6 +31,8 @@ constexpr double kRunS = 4.0;
 constexpr double kSecondLeftOut = 0.1;
 constexpr double kUnseenSecond = 3.0;
 constexpr double kRestless = 2.0;
+// What each visit more than usual of the seconds to come counts: or a walk turns in small circles.
+constexpr double kRevisit = 3.0;
 // A texton may take over from the one before so long before or after the cut.
 constexpr double kHandoverS = 0.25;
 // Poses that a joint tries to meet in, and how much farther than the best one so far a first look
@@ -301,7 +303,7 @@ class TextonWalk::Impl {
       const bool good = index_.is_calm(frame) && left_s >= 2.0 * kStayS &&
                         end_of(segment_of(frame)) - frame >= frames(kStayS);
       const double cost =
-          revisits(frame, usual) + left_out_s(frame) + std::max(0.0, kRunS - left_s);
+          kRevisit * revisits(frame, usual) + left_out_s(frame) + std::max(0.0, kRunS - left_s);
       costs[n] = good ? static_cast<float>(cost) : std::numeric_limits<float>::infinity();
     }
     return costs;
