@@ -107,7 +107,26 @@ MatrixXd continued(const Texton& texton, const MatrixXd& y) {
 }
 
 constexpr std::array<int, 5> kTrustGaps{5, 15, 30, 45, 60};
-constexpr int kGapsLearntFrom = 120;
+constexpr int kGapsLearntFrom = 300;
+constexpr std::size_t kTrustParts = 3;
+
+/// How far a motion is from another one, given its offsets: the mean over frames.
+double size_of(const MatrixXd& offsets) {
+  return offsets.topRows(kStepRow).colwise().norm().mean();
+}
+
+/// The straight line through values at ascending places, level outside; 1 without any.
+double read_between(const std::vector<double>& places, const std::vector<double>& values,
+                    double place) {
+  if (values.empty()) return 1.0;
+  if (place <= places.front()) return values.front();
+  for (std::size_t n = 1; n < places.size(); ++n) {
+    if (place > places[n]) continue;
+    const double share = (place - places[n - 1]) / std::max(1e-12, places[n] - places[n - 1]);
+    return (1.0 - share) * values[n - 1] + share * values[n];
+  }
+  return values.back();
+}
 
 /// Arcs of rotations and straight lines of the rest over a gap. @param ends  d x 2.
 MatrixXd arcs(const ObservationSpace& space, const Ref<const MatrixXd>& ends, int gap) {
@@ -146,12 +165,17 @@ GapInfill::GapInfill(const MotionTexture& texture, const GapInfillOptions& optio
 }
 
 // Of arcs + w (texton - arcs) the w, to a twentieth, that leaves the least error, summed over
-// frames as it is, not squared: a few frames of broken capture would else decide.
+// frames as it is, not squared: a few frames of broken capture would else decide. Each third of the
+// gaps by how far texton and arcs are apart has its own.
 void GapInfill::learn_trust(const MotionTexture& texture) {
   constexpr int kShares = 20;
   const int step = std::max(1, static_cast<int>(texture.observations.cols()) / kGapsLearntFrom);
+  struct Gap {
+    double size;
+    VectorXd errors;
+  };
   for (const int gap : kTrustGaps) {
-    VectorXd errors = VectorXd::Zero(kShares + 1);
+    std::vector<Gap> gaps;
     for (const Take& take : texture.takes) {
       const int room = take.length - gap - 4;
       const int count = room < 0 ? 0 : std::max(1, take.length / step);
@@ -164,28 +188,37 @@ void GapInfill::learn_trust(const MotionTexture& texture) {
             offsets_of(space_, straight, bridge(textons_.back(), ends, gap).filled);
         const MatrixXd truth =
             offsets_of(space_, straight, texture.observations.middleCols(begin, gap));
+        VectorXd errors(kShares + 1);
         for (int n = 0; n <= kShares; ++n) {
           const double share = static_cast<double>(n) / kShares;
-          errors[n] += (share * made - truth).topRows(kStepRow).colwise().norm().sum();
+          errors[n] = (share * made - truth).topRows(kStepRow).colwise().norm().sum();
         }
+        gaps.push_back({size_of(made), std::move(errors)});
       }
     }
-    Index best = 0;
-    const double least = errors.minCoeff(&best);
-    trusts_.push_back(least > 0.0 ? static_cast<double>(best) / kShares : 1.0);
+    std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.size < b.size; });
+    Trust trust;
+    for (std::size_t part = 0; part < kTrustParts; ++part) {
+      const std::size_t from = part * gaps.size() / kTrustParts;
+      const std::size_t to = (part + 1) * gaps.size() / kTrustParts;
+      if (from == to) continue;
+      VectorXd errors = VectorXd::Zero(kShares + 1);
+      for (std::size_t n = from; n < to; ++n) errors += gaps[n].errors;
+      Index best = 0;
+      const double least = errors.minCoeff(&best);
+      trust.sizes.push_back(gaps[(from + to) / 2].size);
+      trust.shares.push_back(least > 0.0 ? static_cast<double>(best) / kShares : 1.0);
+    }
+    trusts_.push_back(std::move(trust));
   }
 }
 
-double GapInfill::trust(int gap) const {
+double GapInfill::trust(int gap, double size) const {
   if (trusts_.empty()) return 1.0;
-  if (gap <= kTrustGaps.front()) return trusts_.front();
-  for (std::size_t n = 1; n < kTrustGaps.size(); ++n) {
-    if (gap > kTrustGaps[n]) continue;
-    const double share =
-        static_cast<double>(gap - kTrustGaps[n - 1]) / (kTrustGaps[n] - kTrustGaps[n - 1]);
-    return (1.0 - share) * trusts_[n - 1] + share * trusts_[n];
-  }
-  return trusts_.back();
+  std::vector<double> gaps(kTrustGaps.begin(), kTrustGaps.end());
+  std::vector<double> shares;
+  for (const Trust& one : trusts_) shares.push_back(read_between(one.sizes, one.shares, size));
+  return read_between(gaps, shares, gap);
 }
 
 VectorXd GapInfill::next(const Ref<const MatrixXd>& y) const {
@@ -252,8 +285,9 @@ MatrixXd GapInfill::fill(const Ref<const MatrixXd>& y, int begin, int end,
   }
   const MatrixXd straight = arcs(space_, ends.middleCols(1, 2), gap);
   MatrixXd result = y;
+  const MatrixXd offsets = offsets_of(space_, straight, filled);
   result.middleCols(begin, gap) =
-      with_offsets(space_, straight, trust(gap) * offsets_of(space_, straight, filled));
+      with_offsets(space_, straight, trust(gap, size_of(offsets)) * offsets);
   result.col(end).tail<3>() = right.col(0).tail<3>();
   const Eigen::Vector3d scale = space_.scale.tail<3>();
   auto steps = result.block(kStepRow, begin, 3, gap + 1);

@@ -27,9 +27,10 @@ using Eigen::MatrixXf;
 constexpr double kStayS = 0.75;
 // Shorter runs through a take count so many usual distances as they are shorter, in seconds.
 constexpr double kRunS = 4.0;
-// What a second left out at the end of a take counts, and more if it was seldom walked on.
+// What a second left out at the end of a take counts, and one that was walked on once less than
+// usual.
 constexpr double kSecondLeftOut = 0.1;
-constexpr double kUnseenSecond = 3.0;
+constexpr double kSeldomSecond = 3.0;
 constexpr double kRestless = 2.0;
 // What each visit more than usual of the seconds to come counts: or a walk turns in small circles.
 constexpr double kRevisit = 3.0;
@@ -49,7 +50,7 @@ constexpr int kEntriesOfALeave = 4;
 constexpr double kAlike = 0.25;
 // Joints may get so far from what they were seen to do; so much more costs as much as a usual
 // distance, twice that four times as much.
-constexpr double kFarTurn = 7.0 * math::kDegree;
+constexpr double kFarTurn = 8.0 * math::kDegree;
 constexpr double kFarTurnUnit = 1.5 * math::kDegree;
 // Beside a frame that is to be met halfway no joint is farther from its own than half of what the
 // two differ by. Where that is more, it may still have been seen there: each four degrees count as
@@ -312,11 +313,12 @@ class TextonWalk::Impl {
   /// What it costs to leave the take at a frame: a short run, and what is left out.
   [[nodiscard]] double leaving_cost(int leave, int end, double usual) const {
     const double run_s = (leave - entered_) / texture_.frame_rate_hz;
-    int unseen = 0;
-    for (int f = leave; f < end; f += kIndexStride)
-      unseen += visits_[at(f / kIndexStride)] <= usual;
+    double seldom = 0.0;  // blocks, each by how much more often the rest was walked on
+    for (int f = leave; f < end; f += kIndexStride) {
+      seldom += std::max(0.0, 1.0 + usual - visits_[at(f / kIndexStride)]);
+    }
     return kSecondLeftOut * (end - leave) / texture_.frame_rate_hz +
-           kUnseenSecond * unseen * kIndexStride / texture_.frame_rate_hz +
+           kSeldomSecond * seldom * kIndexStride / texture_.frame_rate_hz +
            std::max(0.0, kRunS - run_s) + (index_.is_calm(leave) ? 0.0 : kRestless);
   }
 

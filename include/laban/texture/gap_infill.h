@@ -32,7 +32,8 @@ struct GapInfillOptions {
 /// error is spread over it.
 ///
 /// What has been made so is drawn towards arcs of rotations (slerp) from the one side to the other,
-/// as much as leaves the least error in gaps of 5 to 60 frames of the texture's own takes, filled
+/// as much as leaves the least error in gaps of 5 to 60 frames of the texture's own takes where it
+/// strayed as far from the arcs, filled
 /// by the texton of all (stacking, Wolpert 1992). A gap does not tell how often a joint turned
 /// about itself in it; it turns the shorter way.
 class GapInfill {
@@ -58,12 +59,18 @@ class GapInfill {
   [[nodiscard]] Eigen::VectorXd next(const Eigen::Ref<const Eigen::MatrixXd>& y) const;
 
  private:
-  [[nodiscard]] double trust(int gap) const;
+  [[nodiscard]] double trust(int gap, double size) const;
   void learn_trust(const MotionTexture& texture);
 
   GapInfillOptions options_;
   ObservationSpace space_;
-  std::vector<double> trusts_;  // at the gaps of kTrustGaps; none: 1
+  /// How far to trust textons in gaps of one length: the share at each of some sizes of what they
+  /// make beside straight arcs.
+  struct Trust {
+    std::vector<double> sizes;  // ascending
+    std::vector<double> shares;
+  };
+  std::vector<Trust> trusts_;  // at the gaps of kTrustGaps; none: 1
   std::vector<Texton> textons_;
   std::vector<TextonLikelihood> likelihoods_;
 };
