@@ -7,6 +7,8 @@
 #include "laban/base/error.h"
 #include "laban/math/constants.h"
 
+#include "texture/at.h"
+
 namespace laban::texture {
 namespace {
 
@@ -16,10 +18,6 @@ using Eigen::MatrixXd;
 
 // A self-transition of nearly 1 would repeat a texton for hours.
 constexpr int kMostRepeats = 1000;
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 bool contains(const std::vector<int>& list, int value) {
   return std::find(list.begin(), list.end(), value) != list.end();

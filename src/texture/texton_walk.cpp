@@ -11,6 +11,7 @@
 #include "laban/math/rotation.h"
 #include "laban/texture/constrained_synthesis.h"
 
+#include "texture/at.h"
 #include "texture/pose_index.h"
 #include "texture/pose_join.h"
 
@@ -56,10 +57,6 @@ constexpr double kFarTurnUnit = 1.5 * math::kDegree;
 // two differ by. Where that is more, it may still have been seen there: each four degrees count as
 // one.
 constexpr double kFarHalfUnit = 4.0 * math::kDegree;
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 /// A change to another place of the corpus that could be made.
 struct Crossing {

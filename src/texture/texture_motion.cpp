@@ -32,7 +32,7 @@ constexpr double kLetGoS = 0.3;
 constexpr double kStretch = 1.25;
 constexpr double kStretchCost = 4.0;
 // Segments of nearly the same distance are drawn from.
-constexpr double kAlike = 0.25;
+constexpr double kTieCost = 0.25;
 
 void check(const TextureMotionOptions& options) {
   const auto problems = options.problems();
@@ -249,7 +249,7 @@ class PathSources {
         Choice choice = whole(s, n + 1 == path_.size());
         if (n == 0 && ends_.from) cut_begin(choice, *ends_.from, path_[n].length);
         if (n + 1 == path_.size() && ends_.to) cut_end(choice, *ends_.to, path_[n].length);
-        choice.cost += kAlike * rng.uniform() + stretching_cost(choice, path_[n].length);
+        choice.cost += kTieCost * rng.uniform() + stretching_cost(choice, path_[n].length);
         if (n > 0) come_from(table.back(), choice);
         choices.push_back(choice);
       }
