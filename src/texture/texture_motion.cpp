@@ -384,8 +384,7 @@ std::vector<std::string> TextureMotionOptions::problems() const {
 class TextureMotion::Impl {
  public:
   Impl(const MotionTexture& texture, const TextureMotionOptions& options)
-      : texture_(texture),
-        walk_((check(options), texture), options.first, base::Rng::for_stream(options.seed, 0)),
+      : walk_((check(options), texture), options.first, base::Rng::for_stream(options.seed, 0)),
         sequence_(texture, options),
         player_(texture) {
     const auto& rig = texture.rig;
@@ -458,7 +457,6 @@ class TextureMotion::Impl {
             std::move(translations)};
   }
 
-  const MotionTexture& texture_;
   TextonWalk walk_;
   TextonSequence sequence_;
   RigPlayer player_;
