@@ -32,6 +32,7 @@ constexpr double kRunS = 4.0;
 // usual.
 constexpr double kSecondLeftOut = 0.1;
 constexpr double kSeldomSecond = 3.0;
+constexpr double kMostSeldom = 2.0;  // an end that cannot be left well is not worth any cost
 constexpr double kRestless = 2.0;
 // What each visit more than usual of the seconds to come counts: or a walk turns in small circles.
 constexpr double kRevisit = 3.0;
@@ -312,7 +313,7 @@ class TextonWalk::Impl {
     const double run_s = (leave - entered_) / texture_.frame_rate_hz;
     double seldom = 0.0;  // blocks, each by how much more often the rest was walked on
     for (int f = leave; f < end; f += kIndexStride) {
-      seldom += std::max(0.0, 1.0 + usual - visits_[at(f / kIndexStride)]);
+      seldom += std::clamp(1.0 + usual - visits_[at(f / kIndexStride)], 0.0, kMostSeldom);
     }
     return kSecondLeftOut * (end - leave) / texture_.frame_rate_hz +
            kSeldomSecond * seldom * kIndexStride / texture_.frame_rate_hz +
