@@ -9,6 +9,8 @@
 #include "laban/texture/constrained_synthesis.h"
 #include "laban/texture/texton_fit.h"
 
+#include "texture/at.h"
+
 namespace laban::texture {
 namespace {
 
@@ -24,10 +26,6 @@ constexpr int kMostFrames = 36000;
 constexpr double kLengthDeviation = 0.1;
 constexpr double kLengthReach = 0.25;
 constexpr double kJumpNats = 20.0;
-
-std::size_t at(Index index) {
-  return static_cast<std::size_t>(index);
-}
 
 /// What the lengths of a texton cost, from `shortest` on.
 struct LengthCosts {

@@ -1,5 +1,7 @@
 #include "laban/texture/motion_texture.h"
 
+#include <cmath>
+
 namespace laban::texture {
 
 std::vector<int> segments_of(const MotionTexture& texture, int texton) {
@@ -11,8 +13,13 @@ std::vector<int> segments_of(const MotionTexture& texture, int texton) {
 
 double pose_distance(const MotionTexture& texture, const Segment& segment,
                      const Eigen::Ref<const Eigen::MatrixXd>& frames) {
-  const Eigen::MatrixXd start = texture.observations.middleCols(segment.begin, 2);
-  return (on_branches_near(texture.space, start, frames.col(0)) - frames).norm();
+  double squares = 0.0;
+  for (Eigen::Index f = 0; f < 2; ++f) {
+    squares +=
+        offset_between(texture.space, texture.observations.col(segment.begin + f), frames.col(f))
+            .squaredNorm();
+  }
+  return std::sqrt(squares);
 }
 
 Eigen::MatrixXd transition_matrix(const MotionTexture& texture) {

@@ -117,6 +117,43 @@ MatrixXd on_branches_near(const ObservationSpace& space, MatrixXd observations,
   return observations;
 }
 
+Eigen::VectorXd offset_between(const ObservationSpace& space,
+                               const Eigen::Ref<const Eigen::VectorXd>& from,
+                               const Eigen::Ref<const Eigen::VectorXd>& to,
+                               const Eigen::VectorXd& near) {
+  Eigen::VectorXd offset = to - from;
+  for (Index row = 0; row < kAngleRowCount; row += 3) {
+    const Vector3d scale = space.scale.segment<3>(row);
+    const auto rotation = [&](const auto& y) {
+      return math::exp(y.template segment<3>(row).cwiseQuotient(scale));
+    };
+    Vector3d turn = math::log(rotation(from).conjugate() * rotation(to));
+    if (near.size() > 0) {
+      turn = math::nearest_branch(turn, near.segment<3>(row).cwiseQuotient(scale));
+    }
+    offset.segment<3>(row) = turn.cwiseProduct(scale);
+  }
+  return offset;
+}
+
+MatrixXd with_offsets(const ObservationSpace& space, MatrixXd observations,
+                      const Eigen::Ref<const MatrixXd>& offsets) {
+  for (Index row = 0; row < kAngleRowCount; row += 3) {
+    const Vector3d scale = space.scale.segment<3>(row);
+    Vector3d before = observations.block<3, 1>(row, 0).cwiseQuotient(scale);
+    for (Index f = 0; f < observations.cols(); ++f) {
+      auto angles = observations.block<3, 1>(row, f);
+      const Vector3d turn = offsets.block<3, 1>(row, f).cwiseQuotient(scale);
+      const Quaterniond turned = math::exp(angles.cwiseQuotient(scale)) * math::exp(turn);
+      before = math::nearest_branch(math::log(turned), before);
+      angles = before.cwiseProduct(scale);
+    }
+  }
+  const Index rest = kObservationRows - kAngleRowCount;
+  observations.bottomRows(rest) += offsets.bottomRows(rest);
+  return observations;
+}
+
 PoseMatrix poses_of(const ObservationSpace& space, const Eigen::Ref<const MatrixXd>& observations,
                     double frame_rate_hz, double leg_length_m) {
   if (observations.rows() != kObservationRows) {

@@ -7,6 +7,8 @@
 #include "laban/base/error.h"
 #include "laban/math/constants.h"
 
+#include "texture/at.h"
+
 namespace laban::texture {
 namespace {
 
@@ -16,10 +18,6 @@ using Eigen::MatrixXd;
 
 // A self-transition of nearly 1 would repeat a texton for hours.
 constexpr int kMostRepeats = 1000;
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 bool contains(const std::vector<int>& list, int value) {
   return std::find(list.begin(), list.end(), value) != list.end();
@@ -165,120 +163,6 @@ std::vector<int> repeat_textons(const MatrixXd& transitions, const std::vector<i
     }
   }
   return repeated;
-}
-
-TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng)
-    : texture_(texture),
-      segments_(at(texture.texton_count())),
-      visits_(segments_.size(), 0),
-      rng_(rng) {
-  if (texture.segments.empty()) {
-    throw Error(ErrorKind::kUsage, "a walk needs a texture with at least one segment");
-  }
-  for (int s = 0; s < static_cast<int>(texture.segments.size()); ++s) {
-    segments_[at(texture.segments[at(s)].texton)].push_back(s);
-  }
-  if (first && (*first < 0 || *first >= texture.texton_count() || segments_[at(*first)].empty())) {
-    throw Error(ErrorKind::kUsage, "there is no texton " + std::to_string(*first) +
-                                       " with a segment; there are 0 to " +
-                                       std::to_string(texture.texton_count() - 1));
-  }
-  texton_ = first.value_or(
-      texture.segments[at(rng_.index(static_cast<int>(texture.segments.size())))].texton);
-  ++visits_[at(texton_)];
-}
-
-int TextonWalk::any_segment() {
-  const std::vector<int>& own = segments_[at(texton_)];
-  return own[at(rng_.index(static_cast<int>(own.size())))];
-}
-
-/// Whether the next segment follows this one in the same take.
-bool TextonWalk::follows(int segment) const {
-  if (at(segment) + 1 >= texture_.segments.size()) return false;
-  const int begin = texture_.segments[at(segment) + 1].begin;
-  return std::none_of(texture_.takes.begin(), texture_.takes.end(),
-                      [&](const Take& take) { return take.begin == begin; });
-}
-
-/// One of the corpus' own changes from the texton now walked on, each as likely as any other: that
-/// is the row of M.
-std::optional<TextonChange> TextonWalk::drawn_change(std::optional<int> to) {
-  std::vector<int> known;
-  bool only_itself = true;
-  int ends = 0;
-  for (const int s : segments_[at(texton_)]) {
-    if (!follows(s)) {
-      ++ends;
-      continue;
-    }
-    const int next = texture_.segments[at(s) + 1].texton;
-    if (to && next != *to) continue;
-    only_itself = only_itself && next == texton_;
-    known.push_back(s);
-  }
-  if (known.empty()) return std::nullopt;
-  const int choices = static_cast<int>(known.size()) + (only_itself && !to ? ends : 0);
-  const int drawn = rng_.index(choices);
-  if (drawn >= static_cast<int>(known.size())) return std::nullopt;
-  return TextonChange{known[at(drawn)], known[at(drawn)] + 1, false};
-}
-
-TextonChange TextonWalk::nearest_change(std::optional<int> to) const {
-  const auto goes_on = [&](int texton) {
-    const std::vector<int>& own = segments_[at(texton)];
-    return std::any_of(own.begin(), own.end(), [&](int s) { return follows(s); });
-  };
-  // Two ends of takes nearest to each other would hold the walk between them.
-  std::vector<bool> open(segments_.size(), true);
-  for (int i = 0; i < static_cast<int>(open.size()); ++i) {
-    open[at(i)] = to ? i == *to : i != texton_ && goes_on(i);
-  }
-  if (std::find(open.begin(), open.end(), true) == open.end()) {
-    open.assign(open.size(), true);
-    open[at(texton_)] = texture_.segments.size() == segments_[at(texton_)].size();
-  }
-  TextonChange best;
-  double least = math::kInfinity;
-  for (const int leaving : segments_[at(texton_)]) {
-    const Segment& out = texture_.segments[at(leaving)];
-    if (out.length < 2) continue;
-    const auto end = texture_.observations.middleCols(out.begin + out.length - 2, 2);
-    for (int entering = 0; entering < static_cast<int>(texture_.segments.size()); ++entering) {
-      const Segment& in = texture_.segments[at(entering)];
-      if (in.length < 2 || !open[at(in.texton)]) continue;
-      const double distance = pose_distance(texture_, in, end) * (1.0 + visits_[at(in.texton)]);
-      if (distance < least) {
-        least = distance;
-        best = {leaving, entering, true};
-      }
-    }
-  }
-  if (least == math::kInfinity) {
-    throw Error(ErrorKind::kData,
-                "no segment of two frames to go on with from texton " + std::to_string(texton_));
-  }
-  return best;
-}
-
-TextonChange TextonWalk::next() {
-  const TextonChange change = drawn_change({}).value_or(TextonChange{0, 0, true});
-  const TextonChange made = change.jump ? nearest_change({}) : change;
-  texton_ = texture_.segments[at(made.entering)].texton;
-  ++visits_[at(texton_)];
-  return made;
-}
-
-TextonChange TextonWalk::go_to(int texton) {
-  if (texton < 0 || texton >= texture_.texton_count() || segments_[at(texton)].empty()) {
-    throw Error(ErrorKind::kUsage,
-                "there is no texton " + std::to_string(texton) + " with a segment");
-  }
-  const auto change = drawn_change(texton);
-  const TextonChange made = change ? *change : nearest_change(texton);
-  texton_ = texton;
-  ++visits_[at(texton_)];
-  return made;
 }
 
 }  // namespace laban::texture

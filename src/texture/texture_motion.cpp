@@ -6,10 +6,14 @@
 #include <utility>
 
 #include "laban/base/error.h"
-#include "laban/motion/foot_lock_stream.h"
+#include "laban/math/constants.h"
+#include "laban/math/rotation.h"
 #include "laban/motion/retarget.h"
-#include "laban/texture/texton_path.h"
 #include "laban/texture/texton_synthesis.h"
+#include "laban/texture/texton_walk.h"
+
+#include "texture/held_feet.h"
+#include "texture/pose_join.h"
 
 namespace laban::texture {
 namespace {
@@ -19,8 +23,16 @@ using base::ErrorKind;
 using Eigen::MatrixXd;
 
 constexpr double kRampS = 0.5;
-// Two poses far apart are joined over this time.
-constexpr double kJumpFadeS = 0.75;
+// What is drawn anew may turn a joint so far from where it was in the captures.
+constexpr double kMostDrawnTurn = 4.0 * math::kDegree;
+// Beside a frame that is kept, feet are let go of over this time.
+constexpr double kLetGoS = 0.3;
+// A texton of a path is made of a source that lasts so much longer or shorter than it, where there
+// is one, and twice as long counts as two poses three radians apart.
+constexpr double kStretch = 1.25;
+constexpr double kStretchCost = 4.0;
+// Segments of nearly the same distance are drawn from.
+constexpr double kTieCost = 0.25;
 
 void check(const TextureMotionOptions& options) {
   const auto problems = options.problems();
@@ -35,27 +47,15 @@ const Segment& segment_at(const MotionTexture& texture, int segment) {
   return texture.segments[static_cast<std::size_t>(segment)];
 }
 
-MatrixXd start_of(const MotionTexture& texture, int segment) {
-  return texture.observations.middleCols(segment_at(texture, segment).begin, 2);
-}
+/// Frames [begin, end) of the corpus, of one segment and the two frames after it where its take
+/// goes on: what a part of the motion is made of.
+struct Source {
+  int texton = 0;
+  int begin = 0;
+  int end = 0;
 
-MatrixXd end_of(const MotionTexture& texture, int segment) {
-  const Segment& s = segment_at(texture, segment);
-  return texture.observations.middleCols(s.begin + s.length - 2, 2);
-}
-
-/// A segment, and the two frames after it where its take goes on: over them the next texton takes
-/// over.
-MatrixXd frames_with_next(const MotionTexture& texture, int segment) {
-  const Segment& s = segment_at(texture, segment);
-  int length = s.length;
-  for (const Take& take : texture.takes) {
-    if (s.begin >= take.begin && s.begin < take.begin + take.length) {
-      length = std::min(s.length + 2, take.begin + take.length - s.begin);
-    }
-  }
-  return texture.observations.middleCols(s.begin, length);
-}
+  [[nodiscard]] int length() const noexcept { return end - begin; }
+};
 
 /// `count` columns read evenly from first to last, each as it is: innovations averaged would be
 /// weaker.
@@ -84,73 +84,89 @@ MatrixXd spread_smoothly(const MatrixXd& columns, int count) {
   return read;
 }
 
+/// The largest angle between a joint's rotations in two motions of as many frames.
+double largest_turn(const ObservationSpace& space, const MatrixXd& a, const MatrixXd& b) {
+  double largest = 0.0;
+  for (Eigen::Index row = 0; row < motion::kAngleRowCount; row += 3) {
+    const Eigen::Vector3d scale = space.scale.segment<3>(row);
+    for (Eigen::Index f = 0; f < a.cols(); ++f) {
+      largest = std::max(
+          largest, math::angle_between(math::exp(a.block<3, 1>(row, f).cwiseQuotient(scale)),
+                                       math::exp(b.block<3, 1>(row, f).cwiseQuotient(scale))));
+    }
+  }
+  return largest;
+}
+
 /// Motion of one texton after the other, each beginning where the one before ends.
+///
+/// A texton is drawn between the ends that its source had. What there is between them and the ends
+/// asked for comes and goes as rotations on top (offset_curve): drawn to ends far from its own, a
+/// texton would rush there in its last frames.
 class TextonSequence {
  public:
-  TextonSequence(const MotionTexture& texture, const TextureMotionOptions& options, MatrixXd start)
+  TextonSequence(const MotionTexture& texture, const TextureMotionOptions& options)
       : texture_(texture),
         noise_level_(options.noise_level),
         variation_(options.variation),
         synthesizer_(texture.textons,
                      std::max(2, static_cast<int>(std::lround(kRampS * texture.frame_rate_hz)))),
         rng_(base::Rng::for_stream(options.seed, 1)),
-        start_(std::move(start)) {}
+        first_(MatrixXd::Zero(texture.observations.rows(), 2)) {}
 
-  /// `length` frames from where the one before ended, driven by what drove a segment of the texton;
-  /// after them comes `next`, d x 2.
-  MatrixXd until(int segment, int length, const MatrixXd& next) {
-    const MatrixXd end =
-        on_branches_near(texture_.space, next, end_of(texture_, segment).rightCols<1>());
-    const MatrixXd y = draw(segment, std::max(length, kFewestConstrained) + 2, end);
-    start_ = next;
+  /// The first texton begins with these two frames, not with its source's.
+  void begin_with(const Source& source, const MatrixXd& frames) {
+    first_ = offsets_between(texture_.space, two_frames(source.begin), frames);
+  }
+  /// `length` frames. The two after them are `meeting`, and there the next texton begins, which
+  /// goes on with frame `enter` of the corpus.
+  MatrixXd until(const Source& source, int length, int enter, const MatrixXd& meeting) {
+    const MatrixXd y = draw(source, std::max(length + 2, kFewestConstrained),
+                            offsets_between(texture_.space, two_frames(source.end - 2), meeting));
+    first_ = offsets_between(texture_.space, two_frames(enter), meeting);
     return y.leftCols(y.cols() - 2);
   }
-  /// The same where `next` was never seen to follow and may be far away: the texton ends as its
-  /// segment does, and what there is between it and `next` fades over the beginning of that. Drawn
-  /// to an end so far from its own, a texton would rush there in its last frames.
-  MatrixXd until_jump(int segment, int length, const MatrixXd& next) {
-    const MatrixXd y =
-        draw(segment, std::max(length, kFewestConstrained), end_of(texture_, segment));
-    const MatrixXd ends = on_branches_near(texture_.space, y.rightCols(2), next.col(0));
-    const Eigen::VectorXd last = ends.col(1);
-    const Eigen::VectorXd velocity = last - ends.col(0);
-    start_ = next;
-    offset_.resize(y.rows(), 2);
-    offset_ << last + velocity, last + 2.0 * velocity;
-    offset_ -= next;
-    return y;
-  }
-  /// The last texton: its last two frames are `end`.
-  MatrixXd last(int segment, int length, const MatrixXd& end) {
-    return draw(segment, std::max(length, kFewestConstrained), end);
+  /// The last texton; its last two frames are `end`, if that is given.
+  MatrixXd last(const Source& source, int length, const std::optional<MatrixXd>& end) {
+    const MatrixXd own = two_frames(source.end - 2);
+    return draw(source, std::max(length, kFewestConstrained),
+                end ? offsets_between(texture_.space, own, *end) : MatrixXd(0.0 * own));
   }
 
  private:
-  MatrixXd draw(int segment, int length, const MatrixXd& end) {
-    MatrixXd y = between_ends(segment, length, end);
-    if (offset_.cols() > 0) {
-      const double fade = kJumpFadeS * texture_.frame_rate_hz;
-      y += ramp_between(length, {0, 1}, offset_,
-                        std::clamp(static_cast<int>(std::lround(fade)), 1, length - 4));
-      offset_.resize(0, 0);
-    }
-    return y;
+  [[nodiscard]] MatrixXd two_frames(int begin) const {
+    return texture_.observations.middleCols(begin, 2);
   }
 
-  MatrixXd between_ends(int segment, int length, const MatrixXd& end) {
-    const std::vector<PinnedFrame> pins{
-        {0, start_.col(0)}, {1, start_.col(1)}, {length - 2, end.col(0)}, {length - 1, end.col(1)}};
-    const int texton = segment_at(texture_, segment).texton;
-    const Texton& model = texton_at(texture_, texton);
-    MatrixXd noise = draw_noise(model.dimension(), length - 2, noise_level_ * variation_, rng_);
+  MatrixXd draw(const Source& source, int length, const MatrixXd& last) {
+    const MatrixXd y = between_own_ends(source, length);
+    return with_offsets(texture_.space, y, offset_curve(texture_, length, first_, last));
+  }
+
+  MatrixXd between_own_ends(const Source& source, int length) {
+    const Texton& model = texton_at(texture_, source.texton);
+    const MatrixXd captured = texture_.observations.middleCols(source.begin, source.length());
+    const std::vector<PinnedFrame> pins{{0, captured.col(0)},
+                                        {1, captured.col(1)},
+                                        {length - 2, captured.col(captured.cols() - 2)},
+                                        {length - 1, captured.col(captured.cols() - 1)}};
+    const MatrixXd drawn =
+        draw_noise(model.dimension(), length - 2, noise_level_ * variation_, rng_);
     const double own = noise_level_ * std::sqrt(1.0 - variation_ * variation_);
-    if (own == 0.0) return synthesizer_.synthesize(texton, length, pins, noise);
-    const MatrixXd captured = frames_with_next(texture_, segment);
+    if (own == 0.0) return synthesizer_.synthesize(source.texton, length, pins, drawn);
     const MatrixXd centered = captured.colwise() - model.mean;
     const MatrixXd states = model.basis.transpose() * centered;
-    noise += own * spread(innovations(model.dynamics, states), length - 2);
-    const MatrixXd residual = std::min(1.0, own) * (centered - model.basis * states);
-    return synthesizer_.synthesize(texton, length, pins, noise, spread_smoothly(residual, length));
+    const MatrixXd driving = own * spread(innovations(model.dynamics, states), length - 2);
+    const MatrixXd residual =
+        spread_smoothly(std::min(1.0, own) * (centered - model.basis * states), length);
+    const auto driven_by = [&](const MatrixXd& noise) {
+      return synthesizer_.synthesize(source.texton, length, pins, noise, residual);
+    };
+    MatrixXd y = driven_by(driving + drawn);
+    if (variation_ == 0.0) return y;
+    // The system is linear: so much less noise turns joints so much less.
+    const double turn = largest_turn(texture_.space, driven_by(driving), y);
+    return turn <= kMostDrawnTurn ? y : driven_by(driving + (kMostDrawnTurn / turn) * drawn);
   }
 
   const MotionTexture& texture_;
@@ -158,14 +174,14 @@ class TextonSequence {
   double variation_;
   TextonSynthesizer synthesizer_;
   base::Rng rng_;
-  MatrixXd start_;
-  MatrixXd offset_;  // after a jump, d x 2: how far the motion is from start_ as it goes on
+  MatrixXd first_;  // d x 2: offsets of the next texton's first two frames
 };
 
 /// Observations that come in pieces, on the rig: each piece's root goes on from the last.
 class RigPlayer {
  public:
-  explicit RigPlayer(const MotionTexture& texture) : texture_(texture) {}
+  explicit RigPlayer(const MotionTexture& texture, const motion::PlanarPose& start = {})
+      : texture_(texture), place_(start) {}
 
   motion::Clip play(const Eigen::Ref<const MatrixXd>& observations) {
     const motion::PoseMatrix pose =
@@ -194,6 +210,162 @@ class RigPlayer {
   bool begun_ = false;
 };
 
+void check_path(const MotionTexture& texture, std::span<const PlannedTexton> path,
+                const PathEnds& ends) {
+  if (path.empty()) throw Error(ErrorKind::kUsage, "a path needs at least one texton");
+  for (const PlannedTexton& planned : path) {
+    if (planned.length && *planned.length < kFewestConstrained) {
+      throw Error(ErrorKind::kUsage,
+                  "a texton of " + std::to_string(*planned.length) +
+                      " frames (must be >= " + std::to_string(kFewestConstrained) + ")");
+    }
+    const auto is_its = [&](const Segment& s) { return s.texton == planned.texton; };
+    if (std::none_of(texture.segments.begin(), texture.segments.end(), is_its)) {
+      throw Error(ErrorKind::kUsage,
+                  "there is no texton " + std::to_string(planned.texton) + " with a segment");
+    }
+  }
+  for (const auto* end : {&ends.from, &ends.to}) {
+    if (*end && ((*end)->rows() != texture.observations.rows() || (*end)->cols() != 2)) {
+      throw Error(ErrorKind::kUsage, "an end of a path is two frames of " +
+                                         std::to_string(texture.observations.rows()) + " numbers");
+    }
+  }
+}
+
+/// Which segments the textons of a path are made of: those whose poses meet best, from texton to
+/// texton and at the ends, by dynamic programming.
+class PathSources {
+ public:
+  PathSources(const MotionTexture& texture, std::span<const PlannedTexton> path,
+              const PathEnds& ends)
+      : texture_(texture), path_(path), ends_(ends) {}
+
+  std::vector<Source> choose(base::Rng& rng) {
+    std::vector<std::vector<Choice>> table;
+    for (std::size_t n = 0; n < path_.size(); ++n) {
+      std::vector<Choice> choices;
+      for (const int s : segments_of(texture_, path_[n].texton)) {
+        Choice choice = whole(s, n + 1 == path_.size());
+        if (n == 0 && ends_.from) cut_begin(choice, *ends_.from, path_[n].length);
+        if (n + 1 == path_.size() && ends_.to) cut_end(choice, *ends_.to, path_[n].length);
+        choice.cost += kTieCost * rng.uniform() + stretching_cost(choice, path_[n].length);
+        if (n > 0) come_from(table.back(), choice);
+        choices.push_back(choice);
+      }
+      table.push_back(std::move(choices));
+    }
+    std::vector<Source> sources;
+    std::size_t best = 0;
+    for (std::size_t c = 1; c < table.back().size(); ++c) {
+      if (table.back()[c].cost < table.back()[best].cost) best = c;
+    }
+    for (auto choices = table.rbegin(); choices != table.rend(); ++choices) {
+      const Choice& choice = (*choices)[best];
+      sources.push_back(choice.source);
+      best = choice.before;
+    }
+    std::reverse(sources.begin(), sources.end());
+    return sources;
+  }
+
+ private:
+  struct Choice {
+    Source source;
+    double cost = 0.0;       ///< of the path so far
+    std::size_t before = 0;  ///< the choice of the texton before
+  };
+
+  [[nodiscard]] MatrixXd two_frames(int begin) const {
+    return texture_.observations.middleCols(begin, 2);
+  }
+  [[nodiscard]] double distance(int begin, const MatrixXd& frames) const {
+    return offsets_between(texture_.space, two_frames(begin), frames).norm();
+  }
+  [[nodiscard]] Choice whole(int segment, bool is_last) const {
+    const Segment& s = segment_at(texture_, segment);
+    int end = s.begin + s.length;
+    for (const Take& take : texture_.takes) {
+      if (!is_last && s.begin >= take.begin && s.begin < take.begin + take.length) {
+        end = std::min(end + 2, take.begin + take.length);
+      }
+    }
+    return {{s.texton, s.begin, end}, 0.0, 0};
+  }
+  /// How far a texton may be stretched or sped up to last as long as it is planned to, of what its
+  /// source lasts: what drove it is read over more or fewer frames then, and further off it would
+  /// no longer drive it where it went.
+  [[nodiscard]] static std::pair<int, int> lengths(const Choice& choice,
+                                                   const std::optional<int>& planned) {
+    const int whole = choice.source.length();
+    if (!planned) return {whole / 2 + kFewestConstrained, whole};
+    const double length = *planned + 2;
+    const int most = std::min(whole, static_cast<int>(kStretch * length));
+    return {std::clamp(static_cast<int>(length / kStretch), kFewestConstrained,
+                       std::max(kFewestConstrained, most)),
+            most};
+  }
+  /// The pose that a path begins with may be one from within its texton.
+  void cut_begin(Choice& choice, const MatrixXd& from, const std::optional<int>& planned) const {
+    const auto [fewest, most] = lengths(choice, planned);
+    double least = math::kInfinity;
+    const int end = choice.source.end;
+    for (int begin = end - most; begin <= std::max(end - most, end - fewest); ++begin) {
+      const double one = distance(begin, from);
+      if (one >= least) continue;
+      least = one;
+      choice.source.begin = begin;
+    }
+    choice.cost += least;
+  }
+  void cut_end(Choice& choice, const MatrixXd& to, const std::optional<int>& planned) const {
+    const auto [fewest, most] = lengths(choice, planned);
+    double least = math::kInfinity;
+    const int begin = choice.source.begin;
+    for (int end = begin + most; end >= std::min(begin + most, begin + fewest); --end) {
+      const double one = distance(end - 2, to);
+      if (one >= least) continue;
+      least = one;
+      choice.source.end = end;
+    }
+    choice.cost += least;
+  }
+  /// What it costs that a source lasts longer or shorter than it is to.
+  [[nodiscard]] static double stretching_cost(const Choice& choice,
+                                              const std::optional<int>& planned) {
+    if (!planned) return 0.0;
+    return kStretchCost * std::abs(std::log((*planned + 2.0) / choice.source.length()));
+  }
+  void come_from(const std::vector<Choice>& choices, Choice& to) const {
+    double least = math::kInfinity;
+    for (std::size_t c = 0; c < choices.size(); ++c) {
+      const int leave = choices[c].source.end - 2;
+      const double one =
+          choices[c].cost +
+          (leave == to.source.begin ? 0.0 : distance(leave, two_frames(to.source.begin)));
+      if (one >= least) continue;
+      least = one;
+      to.before = c;
+    }
+    to.cost += least;
+  }
+
+  const MotionTexture& texture_;
+  std::span<const PlannedTexton> path_;
+  const PathEnds& ends_;
+};
+
+/// How far feet are held in each frame beside some that are kept as they are.
+std::vector<double> shares_beside(const std::vector<int>& kept, int frame_count, double rate_hz) {
+  std::vector<double> shares;
+  for (int f = 0; f < frame_count; ++f) {
+    double apart = 1.0;
+    for (const int frame : kept) apart = std::min(apart, std::abs(f - frame) / (kLetGoS * rate_hz));
+    shares.push_back(apart * apart * (3.0 - 2.0 * apart));
+  }
+  return shares;
+}
+
 }  // namespace
 
 std::vector<std::string> TextureMotionOptions::problems() const {
@@ -212,9 +384,8 @@ std::vector<std::string> TextureMotionOptions::problems() const {
 class TextureMotion::Impl {
  public:
   Impl(const MotionTexture& texture, const TextureMotionOptions& options)
-      : texture_(texture),
-        walk_((check(options), texture), options.first, base::Rng::for_stream(options.seed, 0)),
-        sequence_(texture, options, start_of(texture, walk_.any_segment())),
+      : walk_((check(options), texture), options.first, base::Rng::for_stream(options.seed, 0)),
+        sequence_(texture, options),
         player_(texture) {
     const auto& rig = texture.rig;
     if (options.hold_feet && rig.floor) feet_.emplace(rig.humanoid, *rig.floor);
@@ -240,11 +411,10 @@ class TextureMotion::Impl {
 
   void make_texton() {
     const int texton = walk_.texton();
+    const int entered = walk_.entered();
     const TextonChange change = walk_.next();
-    const int length = segment_at(texture_, change.leaving).length;
-    const MatrixXd next = start_of(texture_, change.entering);
-    const MatrixXd y = change.jump ? sequence_.until_jump(change.leaving, length, next)
-                                   : sequence_.until(change.leaving, length, next);
+    const MatrixXd y = sequence_.until({texton, entered, change.leave + 2}, change.leave - entered,
+                                       change.enter, change.meeting);
     parts_.push_back({texton, made_, made_ + y.cols(), change.jump});
     made_ += y.cols();
     motion::Clip clip = player_.play(y);
@@ -287,11 +457,10 @@ class TextureMotion::Impl {
             std::move(translations)};
   }
 
-  const MotionTexture& texture_;
   TextonWalk walk_;
   TextonSequence sequence_;
   RigPlayer player_;
-  std::optional<motion::FootLockStream> feet_;
+  std::optional<HeldFeet> feet_;
   std::optional<motion::Clip> plain_;  // frames made and not given, if no feet are held
   std::deque<TextonPart> parts_;
   std::int64_t made_ = 0;
@@ -311,43 +480,29 @@ TextureClip TextureMotion::next(int frame_count) {
 PathMotion synthesize_path(const MotionTexture& texture, std::span<const PlannedTexton> path,
                            const PathEnds& ends, const TextureMotionOptions& options) {
   check(options);
-  if (path.empty()) throw Error(ErrorKind::kUsage, "a path needs at least one texton");
-  for (const PlannedTexton& planned : path) {
-    if (planned.length && *planned.length < kFewestConstrained) {
-      throw Error(ErrorKind::kUsage,
-                  "a texton of " + std::to_string(*planned.length) +
-                      " frames (must be >= " + std::to_string(kFewestConstrained) + ")");
-    }
-  }
-  for (const auto* end : {&ends.from, &ends.to}) {
-    if (*end && ((*end)->rows() != texture.observations.rows() || (*end)->cols() != 2)) {
-      throw Error(ErrorKind::kUsage, "an end of a path is two frames of " +
-                                         std::to_string(texture.observations.rows()) + " numbers");
-    }
-  }
-  TextonWalk walk(texture, path.front().texton, base::Rng::for_stream(options.seed, 0));
-  const int first = walk.any_segment();
-  TextonSequence sequence(texture, options, ends.from ? *ends.from : start_of(texture, first));
+  check_path(texture, path, ends);
+  base::Rng rng = base::Rng::for_stream(options.seed, 0);
+  const std::vector<Source> sources = PathSources(texture, path, ends).choose(rng);
+  TextonSequence sequence(texture, options);
+  if (ends.from) sequence.begin_with(sources.front(), *ends.from);
   PathMotion made;
   std::vector<MatrixXd> pieces;
   std::int64_t frames = 0;
   for (std::size_t n = 0; n < path.size(); ++n) {
-    const int texton = path[n].texton;
-    bool jump = false;
-    if (n + 1 < path.size()) {
-      const TextonChange change = walk.go_to(path[n + 1].texton);
-      jump = change.jump;
-      const int length = path[n].length.value_or(segment_at(texture, change.leaving).length);
-      const MatrixXd next = start_of(texture, change.entering);
-      pieces.push_back(jump ? sequence.until_jump(change.leaving, length, next)
-                            : sequence.until(change.leaving, length, next));
+    const bool is_last = n + 1 == path.size();
+    const int length = path[n].length.value_or(sources[n].length() - (is_last ? 0 : 2));
+    if (is_last) {
+      pieces.push_back(sequence.last(sources[n], length, ends.to));
     } else {
-      const int last = walk.any_segment();
-      pieces.push_back(sequence.last(last,
-                                     path[n].length.value_or(segment_at(texture, last).length),
-                                     ends.to ? *ends.to : end_of(texture, last)));
+      const int enter = sources[n + 1].begin;
+      const MatrixXd meeting =
+          halfway(texture.space, texture.observations.middleCols(sources[n].end - 2, 2),
+                  texture.observations.middleCols(enter, 2));
+      pieces.push_back(sequence.until(sources[n], length, enter, meeting));
     }
-    made.parts.push_back({texton, frames, frames + pieces.back().cols(), jump});
+    const bool jump =
+        !is_last && texture.transition_counts(path[n].texton, path[n + 1].texton) == 0.0;
+    made.parts.push_back({path[n].texton, frames, frames + pieces.back().cols(), jump});
     frames = made.parts.back().end;
   }
   made.observations.resize(texture.observations.rows(), frames);
@@ -358,17 +513,21 @@ PathMotion synthesize_path(const MotionTexture& texture, std::span<const Planned
 }
 
 motion::Clip play_observations(const MotionTexture& texture,
-                               const Eigen::Ref<const MatrixXd>& observations, bool hold_feet) {
+                               const Eigen::Ref<const MatrixXd>& observations,
+                               const PlayOptions& options) {
   if (observations.cols() < 1 || observations.rows() != texture.observations.rows()) {
     throw Error(ErrorKind::kUsage, "observations to play must be at least one frame of " +
                                        std::to_string(texture.observations.rows()) + " numbers");
   }
-  motion::Clip clip = RigPlayer(texture).play(observations);
-  if (!hold_feet || !texture.rig.floor) return clip;
-  motion::FootLockStream feet(texture.rig.humanoid, *texture.rig.floor);
+  motion::Clip clip = RigPlayer(texture, options.start).play(observations);
+  if (!options.hold_feet || !texture.rig.floor) return clip;
+  HeldFeet feet(texture.rig.humanoid, *texture.rig.floor);
   feet.push(clip);
   feet.finish();
-  return feet.take(feet.ready());
+  motion::Clip held = feet.take(feet.ready());
+  if (options.kept_frames.empty()) return held;
+  return mixed(clip, held,
+               shares_beside(options.kept_frames, clip.frame_count(), clip.frame_rate_hz()));
 }
 
 }  // namespace laban::texture

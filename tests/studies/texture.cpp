@@ -1,7 +1,7 @@
 // What a motion texture makes of takes that it has not learnt from.
 //
 //   texture_study FOLDER HELD,OUT,TAKES THRESHOLD|auto [FILE.texture]
-//   texture_study FOLDER --one TAKE THRESHOLD|auto
+//   texture_study FOLDER --one TAKE,..|all|variations THRESHOLD|auto
 //
 // Learns all takes of FOLDER but the held-out ones at 60 Hz (or reads FILE, if it is there, and
 // else writes it), then prints, for the held-out takes: one-step prediction beside constant
@@ -78,37 +78,19 @@ texture::MotionTexture learnt_or_read(const std::vector<studies::Take>& takes,
   return learnt;
 }
 
-/// Root mean square one-step errors of an observation row.
-void one_step(const texture::MotionTexture& texture, const std::string& name, const MatrixXd& y) {
-  const Index frames = y.cols();
-  MatrixXd terms(texture.texton_count(), frames);
-  std::vector<MatrixXd> predictions;
-  for (int i = 0; i < texture.texton_count(); ++i) {
-    const texture::Texton& texton = texture.textons[static_cast<std::size_t>(i)];
-    terms.row(i) = texture::TextonLikelihood(texton).step_terms(y);
-    predictions.push_back(texture::one_step_predictions(texton, y));
-  }
+/// Root mean square one-step errors of an observation row, at every fifth frame.
+void one_step(const texture::GapInfill& infill, const std::string& name, const MatrixXd& y) {
   double texture_error = 0.0;
-  double residual_error = 0.0;
   double velocity_error = 0.0;
   int count = 0;
-  for (Index t = kContext + 2; t < frames; ++t, ++count) {
-    Index best = 0;
-    terms.middleCols(t - kContext, kContext).rowwise().sum().maxCoeff(&best);
-    const auto& one = predictions[static_cast<std::size_t>(best)];
-    const texture::Texton& texton = texture.textons[static_cast<std::size_t>(best)];
-    texture_error += (one.col(t) - y.col(t)).squaredNorm();
-    // What C cannot show goes on as it was.
-    const MatrixXd before = y.middleCols(t - 2, 2).colwise() - texton.mean;
-    const MatrixXd beside = before - texton.basis * (texton.basis.transpose() * before);
-    residual_error += (one.col(t) + 2.0 * beside.col(1) - beside.col(0) - y.col(t)).squaredNorm();
+  for (Index t = kContext; t < y.cols(); t += 5, ++count) {
+    texture_error += (infill.next(y.middleCols(t - kContext, kContext)) - y.col(t)).squaredNorm();
     velocity_error += (2.0 * y.col(t - 1) - y.col(t - 2) - y.col(t)).squaredNorm();
   }
   const double values = static_cast<double>(count) * static_cast<double>(y.rows());
-  std::printf(
-      "  %-12s texton alone %.5f, with its residual carried on %.5f, constant velocity %.5f\n",
-      name.c_str(), std::sqrt(texture_error / values), std::sqrt(residual_error / values),
-      std::sqrt(velocity_error / values));
+  std::printf("  %-12s %.5f, constant velocity %.5f (ratio %.3f)\n", name.c_str(),
+              std::sqrt(texture_error / values), std::sqrt(velocity_error / values),
+              std::sqrt(texture_error / velocity_error));
 }
 
 /// Frames [begin, end) of a clip by straight lines of places and arcs of rotations.
@@ -202,12 +184,23 @@ void fill_gaps(const texture::MotionTexture& texture, const NamedObservations& u
 constexpr int kWindow = 30;
 constexpr int kApart = 60;
 
-/// Angles of all windows of 30 frames, a column a window.
+/// Rotations of all windows of 30 frames, a column a window: matrices over the square root of two,
+/// between two of which it is as far as the angle, if that is small. Exponential maps may tell one
+/// rotation on two branches.
 MatrixXd windows(const motion::PoseMatrix& pose, int step) {
+  constexpr Index kRows = 9 * motion::kStandardJointCount;
+  MatrixXd rotations(kRows, pose.frame_count());
+  for (int f = 0; f < pose.frame_count(); ++f) {
+    for (int s = 0; s < motion::kStandardJointCount; ++s) {
+      rotations.block<9, 1>(9 * s, f) =
+          math::exp(pose.angles.block<3, 1>(3 * s, f)).toRotationMatrix().reshaped() /
+          std::sqrt(2.0);
+    }
+  }
   const int count = (pose.frame_count() - kWindow) / step + 1;
-  MatrixXd columns(kWindow * pose.angles.rows(), count);
+  MatrixXd columns(kWindow * kRows, count);
   for (int n = 0; n < count; ++n) {
-    columns.col(n) = pose.angles.middleCols(n * step, kWindow).reshaped();
+    columns.col(n) = rotations.middleCols(n * step, kWindow).reshaped();
   }
   return columns;
 }
@@ -240,9 +233,7 @@ struct FarRotation {
   Index frame = 0;
 };
 
-/// @param counts  0 for frames that are left out.
-FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatrix& input,
-                              const Eigen::RowVectorXd& counts) {
+FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::PoseMatrix& input) {
   FarRotation farthest;
   for (int s = 0; s < motion::kStandardJointCount; ++s) {
     const auto quaternions = [&](const motion::PoseMatrix& pose) {
@@ -255,7 +246,7 @@ FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::Pose
     const MatrixXd dots = (quaternions(input).transpose() * quaternions(made)).cwiseAbs();
     Index frame = 0;
     const Eigen::RowVectorXd nearest = dots.colwise().maxCoeff();
-    const double least = (counts.array() > 0.0).select(nearest, 1.0).minCoeff(&frame);
+    const double least = nearest.minCoeff(&frame);
     const double degrees = 2.0 * std::acos(std::min(1.0, least)) * 57.29577951308232;
     if (degrees > farthest.degrees) farthest = {degrees, s, frame};
   }
@@ -274,59 +265,76 @@ std::vector<int> joins_of(const texture::TextureClip& made) {
   return joins;
 }
 
-void one_clip(const studies::Take& take, const std::string& threshold) {
+/// What a minute made of one clip is like.
+struct OneClip {
+  double coverage = 0.0;
+  double new_windows = 0.0;  ///< share farther than half the usual distance from any of the input
+  FarRotation far;
+  double percentile = 0.0;  ///< of the captures' acceleration, at the worst join
+  int joins = 0;
+  int jumps = 0;
+  motion::MotionQuality quality;
+};
+
+OneClip make_minute(const texture::MotionTexture& texture, const motion::PoseMatrix& pose,
+                    const motion::MotionQuality& captured,
+                    const texture::TextureMotionOptions& options) {
+  texture::TextureMotion motion(texture, options);
+  const texture::TextureClip made = motion.next(3600);
+  const motion::PoseMatrix played = motion::to_pose_matrix(made.clip, texture.rig.humanoid);
+  OneClip found;
+  for (std::size_t n = 1; n < made.parts.size(); ++n) found.jumps += made.parts[n - 1].jump;
+  found.far = farthest_rotation(played, pose);
+  const MatrixXd own = windows(pose, 1);
+  const MatrixXd d = squared_distances(own, windows(played, 3));
+  const double usual = usual_distance(own);
+  found.coverage = (d.rowwise().minCoeff().array().sqrt() <= usual).cast<double>().mean();
+  found.new_windows = (d.colwise().minCoeff().array().sqrt() > 0.5 * usual).cast<double>().mean();
+  const motion::FootFloor floor = texture.rig.floor.value_or(motion::FootFloor{});
+  found.quality = motion::measure_quality(made.clip, texture.rig.humanoid, floor);
+  const auto joins = joins_of(made);
+  found.joins = static_cast<int>(joins.size());
+  found.percentile =
+      motion::join_acceleration_percentile(found.quality, joins, {&captured, 1}).value_or(0.0);
+  return found;
+}
+
+void one_clip(const studies::Take& take, const std::string& threshold,
+              const std::vector<double>& variations) {
   const texture::MotionTexture texture = learn({take}, {}, threshold);
   const motion::Clip input = motion::resample(take.capture.clip, kRateHz);
   const motion::PoseMatrix pose = motion::to_pose_matrix(input, take.capture.humanoid);
-  const MatrixXd own = windows(pose, 1);
-  const double usual = usual_distance(own);
   const motion::FootFloor floor = texture.rig.floor.value_or(motion::FootFloor{});
   const motion::MotionQuality captured =
       motion::measure_quality(input, take.capture.humanoid, floor);
   std::printf("one clip, %s: %d frames; jerk %.0f m/s^3, skate %.2f cm\n", take.name.c_str(),
               input.frame_count(), captured.jerk_m_s3, captured.foot_skate_cm);
-  for (const double variation : {0.0, 0.1, 0.3, 1.0}) {
-    texture::TextureMotion motion(texture, {.variation = variation});
-    const texture::TextureClip made = motion.next(3600);
-    const motion::PoseMatrix played = motion::to_pose_matrix(made.clip, texture.rig.humanoid);
-    Eigen::RowVectorXd all = Eigen::RowVectorXd::Ones(played.frame_count());
-    Eigen::RowVectorXd known = all;
-    int jumps = 0;
-    for (std::size_t n = 1; n < made.parts.size(); ++n) {
-      if (!made.parts[n - 1].jump) continue;
-      const Index begin = made.parts[n].begin;
-      const Index end = std::min<Index>(made.parts[n].end, known.size());
-      known.segment(begin, end - begin).setZero();
-      ++jumps;
-    }
-    const FarRotation far = farthest_rotation(played, pose, all);
-    const FarRotation far_known = farthest_rotation(played, pose, known);
-    const MatrixXd theirs = windows(played, 3);
-    const MatrixXd d = squared_distances(own, theirs);
-    const double covered = (d.rowwise().minCoeff().array().sqrt() <= usual).cast<double>().mean();
-    const double new_windows =
-        (d.colwise().minCoeff().array().sqrt() > 0.5 * usual).cast<double>().mean();
-    const motion::MotionQuality quality =
-        motion::measure_quality(made.clip, texture.rig.humanoid, floor);
-    const auto joins = joins_of(made);
-    const auto percentile = motion::join_acceleration_percentile(quality, joins, {&captured, 1});
+  for (const double variation : variations) {
+    const OneClip made = make_minute(texture, pose, captured, {.variation = variation});
+    const OneClip free =
+        make_minute(texture, pose, captured, {.variation = variation, .hold_feet = false});
     std::printf(
         "  variation %.2f: coverage %.3f, output windows farther than half the usual distance from "
-        "any input window %.3f, rotations at most %.1f deg from a captured one (%s; %.1f, %s, "
-        "without the textons after "
-        "%d jumps), jerk %.0f, skate "
-        "%.2f cm, worst of %d joins at the captures' %.1fth percentile of acceleration\n",
-        variation, covered, new_windows, far.degrees, name_of(far.joint), far_known.degrees,
-        name_of(far_known.joint), jumps, quality.jerk_m_s3, quality.foot_skate_cm,
-        static_cast<int>(joins.size()), percentile.value_or(0.0));
+        "any input window %.3f, rotations at most %.1f deg from a captured one (%s, frame %d; %.1f "
+        "without feet held), jerk %.0f, skate %.2f cm, worst of %d joins (%d jumps) at the "
+        "captures' %.1fth percentile of acceleration (%.1f without feet held)\n",
+        variation, made.coverage, made.new_windows, made.far.degrees, name_of(made.far.joint),
+        static_cast<int>(made.far.frame), free.far.degrees, made.quality.jerk_m_s3,
+        made.quality.foot_skate_cm, made.joins, made.jumps, made.percentile, free.percentile);
   }
+  std::fflush(stdout);
 }
 
 int study(const std::vector<std::string>& arguments) {
   const std::vector<studies::Take> takes = studies::read_takes(arguments[0], "{content}_{take}");
   if (arguments[1] == "--one") {
     for (const studies::Take& take : takes) {
-      if (take.name == arguments[2]) one_clip(take, arguments[3]);
+      if (arguments[2] == "all") one_clip(take, arguments[3], {0.1});
+      if (arguments[2] == "variations") one_clip(take, arguments[3], {0.0, 0.1, 0.3, 1.0});
+      const auto names = studies::split(arguments[2]);
+      if (std::find(names.begin(), names.end(), take.name) != names.end()) {
+        one_clip(take, arguments[3], {0.1});
+      }
     }
     return 0;
   }
@@ -342,11 +350,10 @@ int study(const std::vector<std::string>& arguments) {
         texture::observe(texture.space, motion::to_pose_matrix(clip, take.capture.humanoid)));
   }
   std::printf("one step, rms of an observation row:\n");
-  for (const auto& [name, y] : unseen) one_step(texture, name, y);
+  const texture::GapInfill infill(texture);
+  for (const auto& [name, y] : unseen) one_step(infill, name, y);
   std::printf("gaps, all held-out takes, textons beside linear interpolation and slerp:\n");
   fill_gaps(texture, unseen, {});
-  std::printf("the same without the texton of all takes:\n");
-  fill_gaps(texture, unseen, {.texton_of_all = false});
   return 0;
 }
 

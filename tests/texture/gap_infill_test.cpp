@@ -39,6 +39,36 @@ TEST(GapInfill, FillsWhatWasLearntBetterThanAStraightLineAndClosesTheRootPath) {
   EXPECT_LT(angles(filled), 0.5 * angles(straight));
 }
 
+// A joint told a whole turn away after the gap stands as it stood: nothing turns in the gap.
+TEST(GapInfill, DoesNotTurnAJointForBeingToldOnAnotherBranch) {
+  const MotionTexture texture = test::synthetic_texture();
+  const GapInfill infill(texture);
+  const MatrixXd y = texture.observations.middleCols(40, 60);
+  MatrixXd other = y;
+  for (int f = 40; f < 60; ++f) {
+    const Eigen::Vector3d r = y.block<3, 1>(9, f);
+    other.block<3, 1>(9, f) = r - 2.0 * M_PI * r.normalized();
+  }
+  const Eigen::Vector3d way = way_of(texture, y, 20, 40);
+  const MatrixXd a = infill.fill(y, 20, 40, way);
+  const MatrixXd b = infill.fill(other, 20, 40, way);
+  EXPECT_LE((a - b).middleCols(20, 20).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(GapInfill, PredictsTheNextFrameBetterThanConstantVelocityDoes) {
+  const MotionTexture texture = test::synthetic_texture();
+  const GapInfill infill(texture);
+  double ours = 0.0;
+  double steady = 0.0;
+  for (int f = 30; f < 200; f += 10) {
+    const MatrixXd y = texture.observations.middleCols(f - 20, 21);
+    ours += (infill.next(y.leftCols(20)) - y.col(20)).squaredNorm();
+    steady += (2.0 * y.col(19) - y.col(18) - y.col(20)).squaredNorm();
+  }
+  EXPECT_LT(ours, 0.5 * steady);
+  EXPECT_THROW(static_cast<void>(infill.next(texture.observations.leftCols(2))), base::Error);
+}
+
 TEST(GapInfill, NeedsTwoFramesOnEitherSide) {
   const MotionTexture texture = test::synthetic_texture();
   const GapInfill infill(texture, {.texton_of_all = false});

@@ -118,5 +118,30 @@ TEST(ObservationSpace, AStillBodyHasPlainSteps) {
   EXPECT_THROW((void)poses_of(space, MatrixXd::Zero(3, 2), 60.0, 0.9), base::Error);
 }
 
+// A thigh turned by 170 degrees one way and by 170 the other is 20 degrees apart, not 340.
+TEST(ObservationSpace, OffsetsTurnOneObservationIntoAnotherTheShorterWay) {
+  base::Rng rng(3);
+  ObservationSpace space;
+  space.reference.fill(Eigen::Quaterniond::Identity());
+  space.scale = Eigen::VectorXd::Constant(kObservationRows, 1.5);
+  MatrixXd y(kObservationRows, 2);
+  for (double& value : y.reshaped()) value = 1.5 * rng.uniform(-1.5, 1.5);
+  y.col(0).segment<3>(9) << 1.5 * 170.0 / 180.0 * std::numbers::pi, 0.0, 0.0;
+  y.col(1).segment<3>(9) = -y.col(0).segment<3>(9);
+  const Eigen::VectorXd offset = offset_between(space, y.col(0), y.col(1));
+  EXPECT_NEAR(offset.segment<3>(9).norm(), 1.5 * 20.0 / 180.0 * std::numbers::pi, 1e-9);
+  const MatrixXd turned = with_offsets(space, y.col(0), offset);
+  const motion::PoseMatrix a = poses_of(space, turned, 60.0, 1.0);
+  const motion::PoseMatrix b = poses_of(space, y.col(1), 60.0, 1.0);
+  EXPECT_LE(largest_angle(a, b), 1e-7);
+  EXPECT_LE((turned - y.col(1)).bottomRows(4).norm(), 1e-12);
+  // The same turn told the longer way.
+  const Eigen::VectorXd longer =
+      offset_between(space, y.col(0), y.col(1), Eigen::VectorXd(y.col(1) - y.col(0)));
+  EXPECT_NEAR(longer.segment<3>(9).norm(), 1.5 * 340.0 / 180.0 * std::numbers::pi, 1e-9);
+  EXPECT_LE(largest_angle(poses_of(space, with_offsets(space, y.col(0), longer), 60.0, 1.0), b),
+            1e-7);
+}
+
 }  // namespace
 }  // namespace laban::texture

@@ -2,13 +2,10 @@
 
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
-
-#include "standard_rig.h"
 
 namespace laban::texture {
 namespace {
@@ -133,84 +130,6 @@ TEST(RepeatTextons, RepeatsAsOftenAsTheSelfTransitionSays) {
   }
   // 0.75 / 0.25 = 3 on average, deviation sqrt(0.75) / 0.25 / sqrt(4000) = 0.055.
   EXPECT_NEAR(static_cast<double>(repeats) / kDraws, 3.0, 0.25);
-}
-
-/// One number a frame. Take 0: textons 0 1 0 1 0 2; take 1: texton 3; take 2: 4 4. Each segment of
-/// three frames has its own level.
-MotionTexture small_texture() {
-  MotionTexture texture = test::empty_texture();
-  const std::vector<std::vector<int>> takes{{0, 1, 0, 1, 0, 2}, {3}, {4, 4}};
-  const std::vector<double> levels{0, 1, 0.1, 1.1, 0.2, 9, 8, 5, 5};
-  texture.space.scale = Eigen::VectorXd::Ones(kObservationRows);
-  texture.observations = MatrixXd::Zero(kObservationRows, 27);  // all but the height is the same
-  texture.textons.resize(5);
-  texture.transition_counts = MatrixXd::Zero(5, 5);
-  int begin = 0;
-  for (const auto& labels : takes) {
-    texture.takes.push_back({"", begin, 3 * static_cast<int>(labels.size()), 0, 1.0});
-    for (std::size_t n = 0; n < labels.size(); ++n) {
-      if (n > 0) texture.transition_counts(labels[n - 1], labels[n]) += 1.0;
-      texture.observations.block(kStepRow - 1, begin, 1, 3)
-          .setConstant(levels[static_cast<std::size_t>(begin / 3)]);
-      texture.segments.push_back({begin, 3, labels[n]});
-      begin += 3;
-    }
-  }
-  return texture;
-}
-
-TEST(TextonWalk, FollowsTheTransitionMatrixAndTheCorpus) {
-  const MotionTexture texture = small_texture();
-  const MatrixXd m = transition_matrix(texture);
-  TextonWalk walk(texture, 0, base::Rng(4));
-  std::map<int, int> after_zero;
-  int zeros = 0;
-  for (int n = 0; n < 6000; ++n) {
-    const int from = walk.texton();
-    const TextonChange change = walk.next();
-    const auto& leaving = texture.segments[static_cast<std::size_t>(change.leaving)];
-    const auto& entering = texture.segments[static_cast<std::size_t>(change.entering)];
-    EXPECT_EQ(leaving.texton, from);
-    EXPECT_EQ(entering.texton, walk.texton());
-    EXPECT_EQ(change.jump, m(from, walk.texton()) == 0.0);
-    if (!change.jump) EXPECT_EQ(entering.begin, leaving.begin + leaving.length);
-    if (from == 0) {
-      ++zeros;
-      ++after_zero[walk.texton()];
-    }
-  }
-  EXPECT_GT(zeros, 600);
-  EXPECT_NEAR(static_cast<double>(after_zero[1]) / zeros, m(0, 1), 0.06);
-}
-
-// Texton 3 is nearer, but nothing is known to follow it: the two would hold the walk.
-TEST(TextonWalk, JumpsToTheNearestStartThatGoesOnWhereNothingIsKnownToFollow) {
-  const MotionTexture texture = small_texture();
-  TextonWalk walk(texture, 2, base::Rng(5));
-  const TextonChange change = walk.next();
-  EXPECT_TRUE(change.jump);
-  EXPECT_EQ(walk.texton(), 4);
-}
-
-TEST(TextonWalk, DoesNotStayForeverInATextonThatOnlyFollowsItself) {
-  const MotionTexture texture = small_texture();
-  TextonWalk walk(texture, 4, base::Rng(6));
-  int stays = 0;
-  while (walk.texton() == 4 && stays < 1000) {
-    static_cast<void>(walk.next());
-    ++stays;
-  }
-  EXPECT_LT(stays, 1000);
-}
-
-TEST(TextonWalk, GoesWhereItIsToldAndSaysWhereThatWasNeverSeen) {
-  const MotionTexture texture = small_texture();
-  TextonWalk walk(texture, 0, base::Rng(7));
-  EXPECT_FALSE(walk.go_to(1).jump);
-  EXPECT_TRUE(walk.go_to(2).jump);
-  EXPECT_EQ(walk.texton(), 2);
-  EXPECT_THROW(static_cast<void>(walk.go_to(5)), base::Error);
-  EXPECT_THROW(TextonWalk(texture, 5, base::Rng(7)), base::Error);
 }
 
 }  // namespace

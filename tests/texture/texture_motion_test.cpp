@@ -1,13 +1,16 @@
 #include "laban/texture/texture_motion.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "laban/math/constants.h"
 #include "laban/math/rotation.h"
 #include "laban/motion/forward_kinematics.h"
 #include "laban/motion/motion_quality.h"
+#include "laban/motion/retarget.h"
 #include "laban/texture/choreography.h"
 
 #include "synthetic_texture.h"
@@ -81,16 +84,15 @@ double largest_acceleration(const motion::Clip& clip, int begin, int end) {
 TEST(TextureMotion, BendsAtJoinsLittleMoreThanTheSmoothestCapturesDo) {
   double captured = 0.0;
   for (const Take& take : texture().takes) {
-    const motion::Clip clip = play_observations(
-        texture(), texture().observations.middleCols(take.begin, take.length), false);
+    const motion::Clip clip =
+        play_observations(texture(), texture().observations.middleCols(take.begin, take.length),
+                          {.hold_feet = false});
     captured = std::max(captured, largest_acceleration(clip, 0, clip.frame_count()));
   }
   TextureMotion motion(texture(), {.seed = 4, .variation = 0.0, .hold_feet = false});
   const TextureClip made = motion.next(1500);
   int joins = 0;
   for (std::size_t n = 1; n + 1 < made.parts.size(); ++n) {
-    // Where nothing follows, two poses far apart have to be joined.
-    if (made.parts[n - 1].jump || made.parts[n].jump) continue;
     const auto join = static_cast<int>(made.parts[n].begin);
     EXPECT_LE(largest_acceleration(made.clip, join - 2, join + 3), 1.25 * captured) << join;
     ++joins;
@@ -179,9 +181,53 @@ TEST(PlayObservations, GivesTheCaptureBack) {
   const motion::Clip clip = motion::to_standard_clip(
       test::random_pose_matrix({.frames = 240, .seed = 1, .amplitude_rad = 0.4}));
   const motion::Clip played =
-      play_observations(texture(), texture().observations.leftCols(240), false);
+      play_observations(texture(), texture().observations.leftCols(240), {.hold_feet = false});
   const Eigen::RowVectorXd heights = motion::joint_positions(clip).row(1);
   EXPECT_LE((motion::joint_positions(played).row(1) - heights).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(PlayObservations, BeginsWhereItIsToldAndKeepsTheFramesItIsTold) {
+  const MatrixXd y = texture().observations.leftCols(200);
+  const motion::Clip plain = play_observations(texture(), y, {.hold_feet = false});
+  const PlayOptions options{.start = {1.0, -2.0, 0.5}, .kept_frames = {0, 199}};
+  const motion::Clip placed =
+      play_observations(texture(), y, {.hold_feet = false, .start = options.start});
+  const motion::Clip kept = play_observations(texture(), y, options);
+  const double leg = texture().leg_length_m;
+  EXPECT_NEAR(placed.root_positions()(0, 0) - plain.root_positions()(0, 0), leg, 1e-9);
+  EXPECT_NEAR(placed.root_positions()(2, 0) - plain.root_positions()(2, 0), -2.0 * leg, 1e-9);
+  ASSERT_TRUE(texture().rig.floor.has_value());
+  EXPECT_GT(largest_difference(placed, kept), 1e-3);  // feet are held somewhere
+  for (const int f : {0, 199}) {
+    EXPECT_LE(largest_difference(placed.slice(f, f + 1), kept.slice(f, f + 1)), 1e-9) << f;
+  }
+}
+
+/// All rotations of a joint, 4 x F.
+MatrixXd quaternions(const motion::PoseMatrix& pose, int joint) {
+  MatrixXd q(4, pose.frame_count());
+  for (int f = 0; f < pose.frame_count(); ++f) {
+    q.col(f) = math::exp(pose.angles.block<3, 1>(3 * joint, f)).coeffs();
+  }
+  return q;
+}
+
+TEST(TextureMotion, TurnsNoJointFarFromWhatItWasSeenToDo) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    TextureMotion motion(texture(), {.seed = seed, .hold_feet = false});
+    const motion::PoseMatrix made =
+        motion::to_pose_matrix(motion.next(900).clip, texture().rig.humanoid);
+    const motion::PoseMatrix seen = motion::to_pose_matrix(
+        play_observations(texture(), texture().observations, {.hold_feet = false}),
+        texture().rig.humanoid);
+    double farthest = 0.0;
+    for (int s = 0; s < motion::kStandardJointCount; ++s) {
+      const MatrixXd cosines = (quaternions(made, s).transpose() * quaternions(seen, s)).cwiseAbs();
+      farthest = std::max(farthest, 2.0 * std::acos(cosines.rowwise().maxCoeff().minCoeff()));
+    }
+    // Two random dances have no poses in common: halfway, some joints are a little beyond 15.
+    EXPECT_LE(farthest, 18.0 * math::kDegree) << seed;
+  }
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ void write_picture(const TextureEditVerb& verb, const texture::MotionTexture& te
                    const Edited& edited, const motion::Clip& clip) {
   const motion::Humanoid& humanoid = texture.rig.humanoid;
   const motion::Clip before =
-      texture::play_observations(texture, edited.original, !verb.no_foot_fix);
+      texture::play_observations(texture, edited.original, {.hold_feet = !verb.no_foot_fix});
   std::vector<draw::Strip> strips;
   strips.push_back({with_standard_names(before, humanoid),
                     fmt::format("texton {}, as captured", verb.texton),
@@ -154,7 +154,7 @@ void write_picture(const TextureEditVerb& verb, const texture::MotionTexture& te
   }
   if (clip.frame_count() != before.frame_count()) {
     const motion::Clip slow = texture::play_observations(
-        texture, warped(edited.original, clip.frame_count()), !verb.no_foot_fix);
+        texture, warped(edited.original, clip.frame_count()), {.hold_feet = !verb.no_foot_fix});
     strips.push_back({with_standard_names(slow, humanoid), "as captured, time warped", {}, ""});
   }
   draw::ContactSheetOptions options;
@@ -202,8 +202,8 @@ void run(const TextureEditVerb& verb) {
   const texture::MotionTexture texture = read_texture_file(verb.input, record);
   PoseReader poses(texture, verb.reading, verb.common);
   const Edited edited = edit(verb, texture, poses);
-  const motion::Clip clip =
-      texture::play_observations(texture, edited.observations, !verb.no_foot_fix);
+  const motion::Clip clip = texture::play_observations(
+      texture, edited.observations, {.hold_feet = !verb.no_foot_fix, .kept_frames = edited.pinned});
   write_clip(verb.output, clip, verb.common, {}, verb.writing);
   if (!verb.picture.empty()) write_picture(verb, texture, edited, clip);
   std::vector<InputRecord> records{record};

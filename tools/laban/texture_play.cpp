@@ -29,11 +29,12 @@ const PoseReader::Poses& PoseReader::read(const std::string& path) {
   records_.push_back(clip.record);
   return clips_
       .emplace(path, Poses{motion::to_pose_matrix(clip.capture.clip, clip.capture.humanoid),
+                           motion::planar_start(clip.capture.clip, clip.capture.humanoid),
                            clip.first_frame()})
       .first->second;
 }
 
-Eigen::MatrixXd PoseReader::pair(const std::string& option, const std::string& key, int step) {
+PoseReader::Named PoseReader::find(const std::string& option, const std::string& key) {
   const std::size_t colon = key.rfind(':');
   const int frame =
       colon == std::string::npos ? -1 : parse_whole(std::string_view(key).substr(colon + 1));
@@ -50,7 +51,21 @@ Eigen::MatrixXd PoseReader::pair(const std::string& option, const std::string& k
     warn(common_, fmt::format("{}: frame {} is a T-pose and no motion; frame {} is taken", key,
                               frame, poses.first_frame));
   }
-  const double at = std::max(0, frame - poses.first_frame);
+  return {&poses, std::max(0, frame - poses.first_frame)};
+}
+
+motion::PlanarPose PoseReader::place(const std::string& option, const std::string& key) {
+  const Named named = find(option, key);
+  const motion::PoseMatrix& pose = named.poses->pose;
+  const Eigen::Vector3d at = motion::planar_path(pose, named.poses->start).col(named.frame);
+  const double legs = pose.leg_length_m / texture_.leg_length_m;
+  return {legs * at[0], legs * at[1], at[2]};
+}
+
+Eigen::MatrixXd PoseReader::pair(const std::string& option, const std::string& key, int step) {
+  const Named named = find(option, key);
+  const Poses& poses = *named.poses;
+  const double at = named.frame;
   const double last = poses.pose.frame_count() - 1.0;
   const double apart = poses.pose.frame_rate_hz / texture_.frame_rate_hz;
   double other = at + step * apart;

@@ -28,14 +28,24 @@ class PoseReader {
   /// the frame itself where it has but one), earlier first: d x 2.
   /// @throws Error{kUsage} naming the option if `key` is no pose of a clip.
   [[nodiscard]] Eigen::MatrixXd pair(const std::string& option, const std::string& key, int step);
+  /// Where on the ground the pose stands and which way it faces, in leg lengths of the texture's
+  /// rig.
+  /// @throws as pair.
+  [[nodiscard]] motion::PlanarPose place(const std::string& option, const std::string& key);
   [[nodiscard]] const std::vector<InputRecord>& records() const { return records_; }
 
  private:
   struct Poses {
     motion::PoseMatrix pose;
+    motion::PlanarPose start;
     int first_frame = 0;
   };
+  struct Named {
+    const Poses* poses;
+    int frame = 0;  ///< of the poses
+  };
   const Poses& read(const std::string& path);
+  Named find(const std::string& option, const std::string& key);
 
   const texture::MotionTexture& texture_;
   const ReadClipOptions& reading_;

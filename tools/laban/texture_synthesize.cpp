@@ -51,9 +51,12 @@ texture::TextureMotionOptions resolved(const TextureSynthesizeVerb& verb) {
 }
 
 MadeTexture play(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
-                 const std::vector<texture::PlannedTexton>& path, const texture::PathEnds& ends) {
+                 const std::vector<texture::PlannedTexton>& path, const texture::PathEnds& ends,
+                 const motion::PlanarPose& start) {
   texture::PathMotion motion = texture::synthesize_path(texture, path, ends, resolved(verb));
-  return {texture::play_observations(texture, motion.observations, !verb.no_foot_fix),
+  texture::PlayOptions playing{.hold_feet = !verb.no_foot_fix, .start = start};
+  if (ends.from) playing.kept_frames = {0, static_cast<int>(motion.observations.cols()) - 1};
+  return {texture::play_observations(texture, motion.observations, playing),
           std::move(motion.parts)};
 }
 
@@ -62,13 +65,13 @@ MadeTexture make_choreography(const TextureSynthesizeVerb& verb,
   const texture::PathEnds ends{poses.pair("--from", verb.from, 1), poses.pair("--to", verb.to, -1)};
   const texture::Choreography plan = texture::plan_choreography(
       texture, *ends.from, *ends.to, *verb.length.resolved(texture.frame_rate_hz));
-  return play(verb, texture, plan.path, ends);
+  return play(verb, texture, plan.path, ends, poses.place("--from", verb.from));
 }
 
 MadeTexture make_path(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
   std::vector<texture::PlannedTexton> path;
   for (const int texton : verb.path) path.push_back({texton, std::nullopt});
-  return play(verb, texture, path, {});
+  return play(verb, texture, path, {}, {});
 }
 
 MadeTexture make_walk(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {

@@ -41,6 +41,22 @@ struct ObservationSpace {
                                                Eigen::MatrixXd observations,
                                                const Eigen::Ref<const Eigen::VectorXd>& near);
 
+/// What turns one observation into another: for each joint the rotation that takes the first to the
+/// second the shorter way, in the first's own axes, as an exponential map on the branch nearest to
+/// `near` (none: the shorter way); for height and steps the difference. Observation units.
+/// @param from, to  67 x 1.  @param near  67 x 1 or empty.
+[[nodiscard]] Eigen::VectorXd offset_between(const ObservationSpace& space,
+                                             const Eigen::Ref<const Eigen::VectorXd>& from,
+                                             const Eigen::Ref<const Eigen::VectorXd>& to,
+                                             const Eigen::VectorXd& near = {});
+
+/// Observations turned by offsets, each joint about its own axes: the inverse of offset_between,
+/// with angles unwrapped along time from the branch nearest to the first column's own.
+/// @param observations, offsets  67 x F.
+[[nodiscard]] Eigen::MatrixXd with_offsets(const ObservationSpace& space,
+                                           Eigen::MatrixXd observations,
+                                           const Eigen::Ref<const Eigen::MatrixXd>& offsets);
+
 /// The inverse of observe: poses of any 67 x F observations.
 [[nodiscard]] motion::PoseMatrix poses_of(const ObservationSpace& space,
                                           const Eigen::Ref<const Eigen::MatrixXd>& observations,

@@ -44,44 +44,4 @@ struct PathRules {
 [[nodiscard]] std::vector<int> repeat_textons(const Eigen::MatrixXd& transitions,
                                               const std::vector<int>& path, base::Rng& rng);
 
-/// From one texton to the next, as the corpus did it once: `leaving` is a segment of the first,
-/// `entering` one of the second, and the one follows the other in a take unless it is a jump.
-struct TextonChange {
-  int leaving = 0;
-  int entering = 0;
-  bool jump = false;
-};
-
-/// A random walk over textons, endless (METHODS 2.3, Texton path (a)).
-///
-/// The next texton is drawn from the row of M, then one of the corpus' own changes between the two.
-/// Where a row is zero, or holds the texton itself alone and a take ended with it, nothing is known
-/// to follow: then the walk jumps to a segment whose first two frames are nearest to the last two
-/// of a segment of this texton, of another texton that others follow (of any, if there is none).
-class TextonWalk {
- public:
-  /// @param texture  must outlive the walk; at least one segment.
-  /// @param first    texton to begin with; nullopt: drawn as often as it has segments.
-  /// @throws Error{kUsage} if there is no such texton, or it has no segment.
-  TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng);
-
-  [[nodiscard]] int texton() const noexcept { return texton_; }
-  /// A segment of the texton now walked on, drawn at random.
-  [[nodiscard]] int any_segment();
-  [[nodiscard]] TextonChange next();
-  /// The same with a given texton to go to; a jump if it never followed.
-  [[nodiscard]] TextonChange go_to(int texton);
-
- private:
-  [[nodiscard]] bool follows(int segment) const;
-  [[nodiscard]] TextonChange nearest_change(std::optional<int> to) const;
-  [[nodiscard]] std::optional<TextonChange> drawn_change(std::optional<int> to);
-
-  const MotionTexture& texture_;
-  std::vector<std::vector<int>> segments_;  // of each texton
-  int texton_ = 0;
-  std::vector<int> visits_;  // of each texton
-  base::Rng rng_;
-};
-
 }  // namespace laban::texture

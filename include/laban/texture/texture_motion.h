@@ -10,6 +10,7 @@
 #include <Eigen/Dense>
 
 #include "laban/motion/clip.h"
+#include "laban/motion/pose_matrix.h"
 #include "laban/texture/motion_texture.h"
 
 namespace laban::texture {
@@ -24,7 +25,7 @@ struct TextureMotionOptions {
   /// segment's motion between new ends, 1 an exact draw from the texton ([Li02, eq. 10]), which at
   /// high frame rates trembles.
   double variation = 0.1;
-  /// Texton to begin with; nullopt: drawn.
+  /// Texton to begin with; nullopt: where a take begins.
   std::optional<int> first;
   /// Whether feet are held where they stand (motion::lock_feet), if the texture knows a floor.
   bool hold_feet = true;
@@ -46,12 +47,16 @@ struct TextureClip {
   std::vector<TextonPart> parts;  ///< those of which a frame is in the clip
 };
 
-/// An endless random walk over textons (METHODS 2.3, "ballroom"): each is drawn given that its last
-/// two frames are the first two of the next, which are those of one of its segments; it lasts as
-/// long as the segment did from which the corpus went on so, whose innovations drive it. The part
-/// of the next one's frames that this one cannot show comes in smoothly over its last half second:
-/// poses and velocities are continuous. After a jump the difference fades over the next one's first
-/// three quarters of a second. Memory does not grow with the frames that have passed.
+/// An endless random walk over textons (METHODS 2.3, "ballroom"; TextonWalk says where it goes).
+///
+/// Each texton is drawn given the first two and the last two frames of a stretch of one of its
+/// segments, whose innovations drive it ([Li02, 5.2] with ends of its own); what is drawn anew is
+/// lowered where it would turn a joint by more than 4 degrees. Where the walk leaves the capture
+/// for another place, the two textons meet halfway: rotations that come and go over up to 1.25
+/// seconds on either side lead there, joint by joint the shorter way, so that poses and velocities
+/// are continuous. Feet are held as far as that turns no joint by more than 7 degrees. So no joint
+/// gets far from what it was seen to do, if the captures have poses that are near each other.
+/// Memory does not grow with the frames that have passed.
 class TextureMotion {
  public:
   /// @param texture  must outlive this.
@@ -98,10 +103,20 @@ struct PathMotion {
                                          const PathEnds& ends = {},
                                          const TextureMotionOptions& options = {});
 
-/// Observations as a clip on the texture's rig; the root begins above the origin, facing +Z.
+struct PlayOptions {
+  /// Whether feet are held where they stand, if the texture knows a floor.
+  bool hold_feet = true;
+  /// Where the root begins: leg lengths of the texture's rig and radians.
+  motion::PlanarPose start = {};
+  /// Frames whose poses stay as they are: feet are not held there, and less and less in the 0.3
+  /// seconds on either side.
+  std::vector<int> kept_frames = {};
+};
+
+/// Observations as a clip on the texture's rig.
 /// @throws Error{kUsage} if there is no frame or they have other rows than the texture's.
 [[nodiscard]] motion::Clip play_observations(const MotionTexture& texture,
                                              const Eigen::Ref<const Eigen::MatrixXd>& observations,
-                                             bool hold_feet = true);
+                                             const PlayOptions& options = {});
 
 }  // namespace laban::texture
