@@ -73,9 +73,9 @@ struct MatchThreshold {
 };
 
 /// For each group 0 .. G - 1 the median of the mean path costs of its pairs, and the threshold for
-/// "no content match": a percentile, over the group's fragments, of a fragment's cost to its nearest
-/// other member, times a margin. A group without pairs takes the largest threshold of the others
-/// (infinity if there is none).
+/// "no content match": a percentile, over the group's fragments, of a fragment's cost to its
+/// nearest other member, times a margin. A group without pairs takes the largest threshold of the
+/// others (infinity if there is none).
 ///
 /// @param mean_cost  N x N of all_pair_costs or unseen_costs; of an entry (i, j) and its mirror,
 ///                   i < j, the median asks the first. Infinite ones are of pairs not to be asked.
