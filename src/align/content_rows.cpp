@@ -23,6 +23,7 @@ double middle_of(std::vector<double>& values) {
 Eigen::MatrixXd joint_places(const motion::PoseMatrix& pose) {
   motion::PoseMatrix still = pose;
   still.steps.setZero();
+  still.height.setZero();
   const Eigen::MatrixXd joints = motion::standard_joint_positions(still);
   return (joints.bottomRows(kPlaceRowCount) -
           joints.topRows<3>().replicate(kPlaceRowCount / 3, 1)) /
