@@ -58,7 +58,7 @@ struct Knot {
 /// Knots on one side of the least point, the nearest to it last. What happens to all of them is
 /// noted instead of done: a knot stored as (at, slope) is at at + shift, with slope
 /// slope + steepness at + rise.
-class Side {
+class KnotSide {
  public:
   [[nodiscard]] bool empty() const { return stored_.empty(); }
   [[nodiscard]] Knot nearest() const {
@@ -89,7 +89,7 @@ class Side {
 };
 
 /// Puts every knot on its side, slopes below 0 left, and tells where the function is least.
-double find_least(Side& left, Side& right) {
+double find_least(KnotSide& left, KnotSide& right) {
   while (!right.empty() && right.nearest().slope < 0.0) left.push(right.pop());
   while (!left.empty() && left.nearest().slope >= 0.0) right.push(left.pop());
   if (left.empty()) return right.nearest().at;
@@ -111,7 +111,7 @@ Eigen::VectorXd project_to_limited_slope(const Eigen::VectorXd& y, double limit)
   const Index last = y.size() - 1;
   Eigen::VectorXd x(y.size());
   if (last <= 0) return y;
-  Side left, right;
+  KnotSide left, right;
   right.push({y(0), 0.0});  // f_0: finite at y(0) alone
   Eigen::VectorXd least(y.size());
   for (Index k = 0; k < last; ++k) {
