@@ -101,7 +101,7 @@ RowVectorXd squared_jerk(const PoseMatrix& pose, const Eigen::Matrix3Xd& path, I
 }
 
 /// rms_jerk_m_s3 of a motion that takes the joints there.
-double rms_jerk(MatrixXd positions, double rate_hz) {
+double rms_jerk_beside_hips(MatrixXd positions, double rate_hz) {
   const MatrixXd hips = positions.topRows<3>();
   for (int joint = 0; joint < kStandardJointCount; ++joint)
     positions.middleRows<3>(3 * joint) -= hips;
@@ -140,7 +140,7 @@ RowVectorXd local_jerk_of(const PoseMatrix& pose, const std::vector<bool>& wante
 
 double rms_jerk_m_s3(const PoseMatrix& pose) {
   if (pose.frame_count() < 4) return 0.0;
-  return rms_jerk(standard_joint_positions(pose), pose.frame_rate_hz);
+  return rms_jerk_beside_hips(standard_joint_positions(pose), pose.frame_rate_hz);
 }
 
 RowVectorXd local_jerk_m_s3(const PoseMatrix& pose) {
@@ -152,7 +152,7 @@ Jerk jerk_of(const PoseMatrix& pose) {
   MatrixXd positions = standard_joint_positions(pose);
   const double largest =
       mean_around(squared_jerk(positions, pose.frame_rate_hz), frames_in(pose, kLocalS)).maxCoeff();
-  return {rms_jerk(std::move(positions), pose.frame_rate_hz), std::sqrt(largest)};
+  return {rms_jerk_beside_hips(std::move(positions), pose.frame_rate_hz), std::sqrt(largest)};
 }
 
 PoseMatrix calm(const PoseMatrix& pose, double most_m_s3) {
