@@ -73,8 +73,10 @@ class Voting {
     const Side ended = side(forward, before, false, now_before - earlier, now_before);
     const Side begun = side(backward, after, true, now_after - later, now_after);
     const auto sum_at = [&](int shift, std::vector<double> Side::*costs) {
-      return (ended.*costs)[static_cast<std::size_t>(earlier + shift)] +
-             (begun.*costs)[static_cast<std::size_t>(later - shift)];
+      const int in_ended = earlier + shift;
+      const int in_begun = later - shift;
+      return (ended.*costs)[static_cast<std::size_t>(in_ended)] +
+             (begun.*costs)[static_cast<std::size_t>(in_begun)];
     };
     const double most_own = (1.0 + vote_.most_rise) * sum_at(0, &Side::own);
     int best = 0;

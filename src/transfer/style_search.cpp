@@ -203,6 +203,7 @@ BlendCost::Missed BlendCost::missed(const effort::EffortVector& predicted,
 SampledBlends sample_blends(const StyleModel& model, Eigen::MatrixXd z, int samples,
                             const AlphaRange& range) {
   SampledBlends sampled{std::move(z), uniform_alphas(samples, range), {}, {}};
+  if (sampled.features.cols() == 0) return sampled;
   effort::StyleScratch scratch;
   sampled.curves = model.regressor.predict_curves(
       sampled.features.topRows(sampled.features.rows() - 1), sampled.alphas, scratch);
