@@ -62,7 +62,8 @@ SewnSeam led(const SeamTask& task, const SeamCandidate& candidate, double pull_p
   for (int t = 1; t + 1 < seam.found.frames; ++t) {
     BodyFrame& frame = with.frames[static_cast<std::size_t>(t)];
     const double source_frame = frame.source_frame;
-    frame = frames[static_cast<std::size_t>(around.first + t)];
+    const int in_around = around.first + t;
+    frame = frames[static_cast<std::size_t>(in_around)];
     frame.source_frame = source_frame;
   }
   measure_rates(task, with);
