@@ -54,7 +54,7 @@ if $all; then
     xargs -P "$jobs" -n 1 clang-tidy --quiet -p build/sanitize --config-file=.clang-tidy \
       --checks=-bugprone-suspicious-include 2>/dev/null
   cmake --preset analyze >/dev/null
-  git ls-files 'src/io/*.cpp' 'src/base/*.cpp' 'src/*/*_file.cpp' 'src/*/*_table.cpp' |
+  git ls-files 'src/io/*.cpp' 'src/base/*.cpp' 'src/*/*_file.cpp' 'src/*/*_table.cpp' 'src/*/stored_rig.cpp' |
     xargs -P "$jobs" -n 4 clang-tidy --quiet -p build/analyze --checks='-*,clang-analyzer-*' 2>/dev/null
 
   stage "interop: three.js, Blender, assimp and the Khronos validator read our files"
