@@ -96,7 +96,10 @@ double find_least(KnotSide& left, KnotSide& right) {
   const Knot a = left.nearest();
   if (right.empty()) return a.at;
   const Knot b = right.nearest();
-  return a.at + (b.at - a.at) * (-a.slope / (b.slope - a.slope));
+  // By round-off of its sides' notes a knot that changes sides may change its sign; then b is
+  // least.
+  const double rise = b.slope - a.slope;
+  return rise > -a.slope ? a.at + (b.at - a.at) * (-a.slope / rise) : b.at;
 }
 
 /// The values x(0) = y(0), .., x(U) = y(U) with |x(k + 1) - x(k)| <= limit that minimise

@@ -252,6 +252,20 @@ TEST(TimeWarp, AGentlerLimitHoldsWhereThePairAllowsIt) {
   }
 }
 
+// Where a pair is almost as steep as the limit, knots of the projection gather so near to one
+// another that round-off swaps them.
+TEST(TimeWarp, LongPathsAlmostAsSteepAsTheLimitHaveOne) {
+  constexpr double kSlope = 1.5;
+  for (std::uint64_t stream = 1000; stream < 2500; ++stream) {  // six of these are such
+    SCOPED_TRACE(stream);
+    base::Rng rng = base::Rng::for_stream(5, stream);
+    const int frames_i = 100 + rng.index(400);
+    const int frames_j = 1 + static_cast<int>((frames_i - 1) * kSlope * rng.uniform(0.9, 1.0));
+    const Path path = random_path(frames_i, frames_j, rng.uniform(), rng);
+    EXPECT_NO_THROW(static_cast<void>(warp_of_path(path, {.max_slope = kSlope})));
+  }
+}
+
 TEST(TimeWarp, OneFrameClips) {
   EXPECT_TRUE(blendable(1, 1));
   EXPECT_FALSE(blendable(1, 2));
