@@ -36,12 +36,10 @@ struct Restyled {
   StyledPiece piece;
 };
 
-StyledPiece play(PlayMemory& memory, const InputSnippet& own, const BlendChoice& choice,
-                 const ApplyOptions& options) {
-  PlayedChoice played = play_choice(memory, choice, options.fastest_play);
-  StyledPiece piece = options.detail == Detail::kResidual
-                          ? restyled_in_detail(own, memory.model(), played)
-                          : replaced(own, std::move(played));
+StyledPiece piece_of(const StyleModel& model, const InputSnippet& own, PlayedChoice played,
+                     const ApplyOptions& options) {
+  StyledPiece piece = options.detail == Detail::kResidual ? restyled_in_detail(own, model, played)
+                                                          : replaced(own, std::move(played));
   if (options.strength < 1.0) piece = mixed(own, piece, options.strength);
   if (options.keep_timing) piece = with_own_timing(own, piece);
   return piece;
@@ -68,10 +66,15 @@ Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget
     return restyled;
   }
   report.own_share = 1.0 - options.strength;
-  report.choice = memory.search(own.fragment, options.search).best(asked);
-  restyled.piece = play(memory, own, report.choice, options);
-  report.measured =
-      effort::observe(effort::describe(restyled.piece.pose), model.observer, own.content);
+  ChosenBlend chosen = choose_blend(memory, own.fragment, asked, options.search, options.tries,
+                                    options.fastest_play);
+  report.choice = std::move(chosen.choice);
+  report.measured = chosen.measured;
+  restyled.piece = piece_of(model, own, std::move(chosen.played), options);
+  if (!options.plays_the_blend()) {
+    report.measured =
+        effort::observe(effort::describe(restyled.piece.pose), model.observer, own.content);
+  }
   return restyled;
 }
 
@@ -103,6 +106,8 @@ std::vector<std::string> ApplyOptions::problems() const {
     found.push_back("ApplyOptions::fastest_play = " + std::to_string(fastest_play) +
                     " (must be in (1, 4])");
   }
+  if (tries < 1)
+    found.push_back("ApplyOptions::tries = " + std::to_string(tries) + " (must be >= 1)");
   if (!(strength >= 0.0 && strength <= 1.0)) {
     found.push_back("ApplyOptions::strength = " + std::to_string(strength) +
                     " (must be in [0, 1])");

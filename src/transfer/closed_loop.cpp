@@ -12,12 +12,11 @@ namespace laban::transfer {
 namespace {
 
 ClosedLoopTrial try_target(const StyleModel& model, int fragment, const EffortTarget& target,
-                           const SearchOptions& search) {
-  const BlendChoice choice = search_blend(model, fragment, target, search);
-  const Fragment& first = model.fragments[static_cast<std::size_t>(choice.fragment_i)];
-  const motion::PoseMatrix pose = play_choice(model, choice).pose;
-  return {fragment, target, choice.predicted,
-          effort::observe(effort::describe(pose), model.observer, first.content).effort};
+                           const ClosedLoopOptions& options) {
+  PlayMemory memory(model);
+  const effort::Effort predicted = memory.search(fragment, options.search).best(target).predicted;
+  const ChosenBlend chosen = choose_blend(memory, fragment, target, options.search, options.tries);
+  return {fragment, target, predicted, chosen.measured.effort};
 }
 
 /// Predictions over all pairs of one content and alphas: F x (pairs * alphas).
@@ -109,7 +108,7 @@ std::vector<ClosedLoopTrial> single_factor_trials(const StyleModel& model,
     EffortTarget target;
     target.factors[factor] = rng.uniform(span.low, span.high);
     target.stay_near = model.fragments[static_cast<std::size_t>(fragment)].effort;
-    trials[static_cast<std::size_t>(n)] = try_target(model, fragment, target, options.search);
+    trials[static_cast<std::size_t>(n)] = try_target(model, fragment, target, options);
   });
   return trials;
 }
@@ -126,7 +125,7 @@ std::vector<ClosedLoopTrial> left_out_trials(const StyleModel& model, const Styl
     EffortTarget target;
     target.factors = {label.flow, label.weight, label.time};
     trials[static_cast<std::size_t>(n)] =
-        try_target(without(model, corpus, left_out), fragment, target, options.search);
+        try_target(without(model, corpus, left_out), fragment, target, options);
   });
   std::vector<ClosedLoopTrial> made;
   for (const auto& trial : trials) {

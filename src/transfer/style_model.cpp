@@ -12,7 +12,13 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-effort::ObserverReference fit_observer(std::span<const Fragment> fragments, int threads) {
+/// Measures of the fragments, and what is usual among them.
+struct Observer {
+  std::vector<effort::Descriptors> descriptors;
+  effort::ObserverReference reference;
+};
+
+Observer fit_observer(std::span<const Fragment> fragments, int threads) {
   std::vector<effort::Descriptors> descriptors(fragments.size());
   math::parallel_for(static_cast<int>(fragments.size()), threads, [&](int i) {
     const auto cell = static_cast<std::size_t>(i);
@@ -20,7 +26,18 @@ effort::ObserverReference fit_observer(std::span<const Fragment> fragments, int 
   });
   std::vector<std::string> groups;
   for (const Fragment& fragment : fragments) groups.push_back(fragment.content);
-  return effort::fit_observer_reference(descriptors, groups);
+  effort::ObserverReference reference = effort::fit_observer_reference(descriptors, groups);
+  return {std::move(descriptors), std::move(reference)};
+}
+
+bool are_measured(std::span<const Fragment> fragments, const Observer& observer) {
+  Eigen::Vector3d away = Eigen::Vector3d::Zero();
+  for (std::size_t n = 0; n < fragments.size(); ++n) {
+    const effort::Effort measured =
+        effort::observe(observer.descriptors[n], observer.reference, fragments[n].content).effort;
+    away += (effort::to_vector(measured) - effort::to_vector(*fragments[n].effort)).cwiseAbs();
+  }
+  return away.maxCoeff() <= kMeasuredWithin * static_cast<double>(fragments.size());
 }
 
 align::ContentMetric fit_metric(std::span<const Fragment> fragments, const TrainOptions& options) {
@@ -84,6 +101,8 @@ StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& opti
   effort::StyleRegressor regressor =
       options.regressor ? effort::fit_style_regressor(samples, *options.regressor, options.learning)
                         : effort::fit_default_regressor(samples, options.learning);
+  Observer observer = fit_observer(fragments, options.threads);
+  const bool measured = are_measured(fragments, observer);
   return {fragments,
           contents,
           std::move(database),
@@ -92,7 +111,8 @@ StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& opti
           std::move(content_map),
           std::move(coordinates),
           std::move(regressor),
-          fit_observer(fragments, options.threads),
+          std::move(observer.reference),
+          measured,
           options.record_json};
 }
 

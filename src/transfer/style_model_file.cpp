@@ -254,9 +254,11 @@ StyleModel read_parts(const Container& container, std::string_view name) {
   reader.require((observer.scale.array() > 0.0).all(),
                  "its observer has a scale that is not positive");
   auto match_costs = load_match_costs(reader.matrix("match_costs", 2, groups));
-  return {std::move(fragments),      std::move(contents),    std::move(database),
-          std::move(neighbors),      std::move(match_costs), std::move(content_map),
-          std::move(coordinates),    std::move(regressor),   std::move(observer),
+  return {std::move(fragments),      std::move(contents),
+          std::move(database),       std::move(neighbors),
+          std::move(match_costs),    std::move(content_map),
+          std::move(coordinates),    std::move(regressor),
+          std::move(observer),       header.value("labels_measured", false),
           header.at("record").dump()};
 }
 
@@ -271,6 +273,7 @@ std::string write_style_model(const StyleModel& model) {
       {"metric", model.database.metric().kind() == align::MetricKind::kRaw ? "raw" : "content"},
       {"regressor", effort::name_of(model.regressor.kind())},
       {"observer_groups", model.observer.groups},
+      {"labels_measured", model.labels_measured},
       {"record", ordered_json::parse(model.record_json)},
       {"fragments", ordered_json::array()}};
   save_fragments(model, container, header);

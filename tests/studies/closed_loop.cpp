@@ -6,7 +6,7 @@
 // content.
 //
 // Usage: closed_loop_study FOLDER PATTERN [TARGETS A FACTOR AND PERFORMER] [CAUTION STAY
-// NEIGHBOURS]
+// NEIGHBOURS TRIES]
 //   e.g. PATTERN 'dataset-1_{content}_{performer}_{take}'
 
 #include <algorithm>
@@ -26,7 +26,7 @@
 #include "laban/effort/observer.h"
 #include "laban/math/parallel.h"
 #include "laban/math/statistics.h"
-#include "laban/transfer/play_choice.h"
+#include "laban/transfer/choose_blend.h"
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/style_search.h"
 
@@ -97,7 +97,7 @@ struct Input {
 };
 
 std::vector<Trial> trials_of(const transfer::StyleModel& model, const std::vector<Input>& inputs,
-                             int targets, const transfer::SearchOptions& search) {
+                             int targets, const transfer::SearchOptions& search, int tries) {
   std::map<std::string, Ranges> ranges;
   for (const Input& input : inputs) {
     if (!ranges.contains(input.content))
@@ -117,11 +117,10 @@ std::vector<Trial> trials_of(const transfer::StyleModel& model, const std::vecto
     transfer::EffortTarget target;
     target.factors[f] = trial.asked;
     target.stay_near = input.before;
-    const auto choice = transfer::search_blend(model, input.fragment, target, search);
-    trial.predicted = choice.predicted;
-    trial.measured = effort::observe(effort::describe(transfer::play_choice(model, choice).pose),
-                                     model.observer, input.content)
-                         .effort;
+    transfer::PlayMemory memory(model);
+    const auto chosen = transfer::choose_blend(memory, input.fragment, target, search, tries);
+    trial.predicted = chosen.choice.predicted;
+    trial.measured = chosen.measured.effort;
   });
   return trials;
 }
@@ -152,7 +151,7 @@ void print(const std::vector<Trial>& trials) {
 }
 
 void run(const std::filesystem::path& folder, const std::string& pattern, int targets,
-         const transfer::SearchOptions& search) {
+         const transfer::SearchOptions& search, int tries) {
   const std::vector<transfer::Fragment> takes =
       studies::fragments_of(studies::read_takes(folder, pattern));
   std::vector<std::string> performers;
@@ -179,7 +178,7 @@ void run(const std::filesystem::path& folder, const std::string& pattern, int ta
     std::printf("%s: %zu takes matched, %d not\n", performer.c_str(), inputs.size(), unmatched);
     std::fflush(stdout);
     if (inputs.empty()) continue;
-    const std::vector<Trial> trials = trials_of(model, inputs, targets, search);
+    const std::vector<Trial> trials = trials_of(model, inputs, targets, search, tries);
     all.insert(all.end(), trials.begin(), trials.end());
   }
   print(all);
@@ -189,8 +188,9 @@ void run(const std::filesystem::path& folder, const std::string& pattern, int ta
 
 int main(int argc, char** argv) {
   if (argc < 3) {
-    std::fprintf(stderr,
-                 "usage: closed_loop_study FOLDER PATTERN [TARGETS] [CAUTION STAY NEIGHBOURS]\n");
+    std::fprintf(
+        stderr,
+        "usage: closed_loop_study FOLDER PATTERN [TARGETS] [CAUTION STAY NEIGHBOURS TRIES]\n");
     return 2;
   }
   try {
@@ -198,7 +198,8 @@ int main(int argc, char** argv) {
     if (argc > 4) search.caution = std::atof(argv[4]);
     if (argc > 5) search.stay = std::atof(argv[5]);
     if (argc > 6) search.neighbors = std::atoi(argv[6]);
-    run(argv[1], argv[2], argc > 3 ? std::atoi(argv[3]) : 20, search);
+    run(argv[1], argv[2], argc > 3 ? std::atoi(argv[3]) : 20, search,
+        argc > 7 ? std::atoi(argv[7]) : transfer::kTries);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "closed_loop_study: %s\n", error.what());
     return 1;

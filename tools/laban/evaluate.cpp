@@ -34,6 +34,7 @@ struct EvaluateVerb {
   int components = 3;
   int closed_loop = 0;
   transfer::SearchOptions search;  ///< of the closed loop
+  int tries = transfer::kTries;    ///< the same
 };
 
 /// Blends of the corpus: labels of one blend by several observers are one.
@@ -141,6 +142,7 @@ void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
   options.seed = verb.common.seed;
   options.threads = verb.common.threads;
   options.search = verb.search;
+  options.tries = verb.tries;
   const transfer::StyleModel model = transfer::train_style_model(read.corpus, training);
   const auto single = transfer::closed_loop_scores(transfer::single_factor_trials(model, options));
   const auto left_out =
@@ -156,7 +158,8 @@ void run_closed_loop(const EvaluateVerb& verb, const LabelledCorpus& read) {
                                            {"samples", verb.search.samples},
                                            {"caution", verb.search.caution},
                                            {"stay", verb.search.stay},
-                                           {"way", verb.search.way}},
+                                           {"way", verb.search.way},
+                                           {"tries", verb.tries}},
                                           read.records)}};
     fmt::print("{}\n", json.dump(2));
     return;
@@ -237,7 +240,7 @@ void add_evaluate(CLI::App& app) {
       ->excludes(runs_csv)
       ->excludes(plot);
   add_rater_options(sub, verb->reading);
-  add_search_options(sub, verb->search);
+  add_search_options(sub, verb->search, verb->tries);
   add_common(sub, verb->common, {.writes = true, .threads = true, .seed = true});
   sub->callback([verb] { run(*verb); });
 }

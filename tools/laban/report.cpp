@@ -126,7 +126,7 @@ std::string to_text(const effort::Effort& effort) {
   return fmt::format("{:+.2f} {:+.2f} {:+.2f}", effort.flow, effort.weight, effort.time);
 }
 
-void add_search_options(CLI::App* verb, transfer::SearchOptions& options) {
+void add_search_options(CLI::App* verb, transfer::SearchOptions& options, int& tries) {
   const std::string group = "Search";
   verb->add_option("--neighbours,--neighbors", options.neighbors,
                    "content neighbours of a fragment that are paired")
@@ -155,6 +155,12 @@ void add_search_options(CLI::App* verb, transfer::SearchOptions& options) {
                    "weight of factors that are not asked for, to stay near the input's; 0 leaves "
                    "them free to go anywhere, as the paper does")
       ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->group(group);
+  verb->add_option("--tries", tries,
+                   "blends that are played and measured for one target, the nearest being kept; 1 "
+                   "takes the first answer, as the paper does")
+      ->check(CLI::Range(1, 1000))
       ->capture_default_str()
       ->group(group);
 }

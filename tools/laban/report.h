@@ -37,6 +37,6 @@ namespace laban::cli {
 [[nodiscard]] std::string to_text(const effort::Effort& effort);
 
 /// Adds --neighbours, --samples and --way.
-void add_search_options(CLI::App* verb, transfer::SearchOptions& options);
+void add_search_options(CLI::App* verb, transfer::SearchOptions& options, int& tries);
 
 }  // namespace laban::cli

@@ -86,7 +86,7 @@ void add_styling_options(CLI::App* verb, StylingOptions& options) {
   verb->add_flag("--no-foot-fix", options.no_foot_fix,
                  "leave feet as they are blended: do not hold them where they touch the ground")
       ->group(group);
-  add_search_options(verb, options.apply.search);
+  add_search_options(verb, options.apply.search, options.apply.tries);
   add_read_options(verb, options.reading);
 }
 
@@ -156,6 +156,7 @@ Json options_json(const Styling& styling) {
           {"caution", options.search.caution},
           {"stay", options.search.stay},
           {"way", options.search.way},
+          {"tries", options.tries},
           {"detail", transfer::name_of(options.detail)},
           {"strength", options.strength},
           {"keep_timing", options.keep_timing},

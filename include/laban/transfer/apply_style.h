@@ -8,6 +8,7 @@
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/join.h"
 #include "laban/transfer/asked_effort.h"
+#include "laban/transfer/choose_blend.h"
 #include "laban/transfer/play_choice.h"
 #include "laban/transfer/segmented_input.h"
 #include "laban/transfer/style_model.h"
@@ -27,6 +28,9 @@ enum class Detail {
 struct ApplyOptions {
   align::SegmentInputOptions segmentation;
   SearchOptions search;
+  /// Blends that are played and measured for a snippet, >= 1 (see choose_blend): 1 answers at once,
+  /// as while a slider moves.
+  int tries = kTries;
   /// Offsets of joins that would bend the motion more than the fragments themselves decay up to
   /// five times as slowly, and what jerks more than half as much as the fragments at most is
   /// calmed.
@@ -41,6 +45,10 @@ struct ApplyOptions {
   /// Each output frame shows the same moment as the input's frame of that number.
   bool keep_timing = false;
 
+  /// True if nothing of the input's own motion or timing is mixed in.
+  [[nodiscard]] bool plays_the_blend() const {
+    return detail == Detail::kReplace && strength == 1.0 && !keep_timing;
+  }
   /// Broken rules, those of `search` and `join` included; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
 };

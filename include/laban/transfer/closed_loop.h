@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "laban/transfer/choose_blend.h"
 #include "laban/transfer/style_model.h"
 #include "laban/transfer/style_search.h"
 
@@ -12,10 +13,10 @@ namespace laban::transfer {
 /// One trip around the loop: a target was asked for, the search chose a blend for a fragment, the
 /// blend was synthesised, and the kinematic observer, which no regressor ever sees, measured it.
 struct ClosedLoopTrial {
-  int fragment = 0;     ///< what was to be restyled
-  EffortTarget target;  ///< factors left free are not set
-  effort::Effort predicted;
-  effort::Effort measured;
+  int fragment = 0;          ///< what was to be restyled
+  EffortTarget target;       ///< factors left free are not set
+  effort::Effort predicted;  ///< of the search's first answer
+  effort::Effort measured;   ///< of the blend that is played in the end
 };
 
 /// Asked against predicted and measured, for one factor over the trials that asked for it.
@@ -30,6 +31,7 @@ struct ClosedLoopOptions {
   int targets = 100;  ///< of single-factor targets: for each factor
   std::uint64_t seed = 1;
   SearchOptions search;
+  int tries = kTries;  ///< see choose_blend
   int threads = 1;
 };
 

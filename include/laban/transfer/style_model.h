@@ -34,6 +34,9 @@ struct StyleModel {
   std::vector<Eigen::VectorXd> coordinates;  ///< of each fragment, by the content map
   effort::StyleRegressor regressor;
   effort::ObserverReference observer;  ///< fitted to the fragments; measures, never learns
+  /// The fragments' labels are what the observer says of them, to kMeasuredWithin on average; a
+  /// rater's are not, and what is measured says little about them.
+  bool labels_measured = false;
   /// Training record, a JSON object: options as resolved, seed, input checksums, versions.
   std::string record_json;
 
@@ -41,6 +44,10 @@ struct StyleModel {
   [[nodiscard]] std::span<const effort::Factor> factors() const { return regressor.factors(); }
   [[nodiscard]] double frame_rate_hz() const { return fragments.front().pose.frame_rate_hz; }
 };
+
+/// Labels whose mean distance from what the observer measures is no more, in Effort points, for
+/// every factor, count as measured: the observer of a few fragments less, or rounding, is as far.
+inline constexpr double kMeasuredWithin = 0.1;
 
 struct TrainOptions {
   align::ContentMetricOptions metric;

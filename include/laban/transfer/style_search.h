@@ -44,10 +44,10 @@ struct SearchOptions {
   int way = 2;
   /// (Ours.) How much the expected error of a prediction counts, >= 0: 1 looks for the least
   /// expected squared distance, 0 for the nearest prediction, however unsure, as the paper does.
-  double caution = 2.0;
+  double caution = 1.0;
   /// (Ours.) Weight of a factor left free, where the target says what it is to stay near, >= 0; 0
   /// leaves it free to go anywhere, as the paper does.
-  double stay = 0.08;
+  double stay = 0.15;
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;

@@ -41,7 +41,10 @@ BENCHMARK(BM_ApplyStyle)->Unit(benchmark::kMillisecond);
 
 // A new target on an already segmented clip: search, synthesis, joins, measuring. Targets go round
 // a circle, as a slider's do; what is known of the fragments after the first round is remembered.
+// The argument is ApplyOptions::tries: 1 while the slider moves, kTries where it is let go.
 void BM_Restyle(benchmark::State& state) {
+  ApplyOptions options;
+  options.tries = static_cast<int>(state.range(0));
   constexpr int kTargets = 16;
   const SegmentedInput segmented = segment_input(model(), ten_seconds());
   PlayMemory memory(model());
@@ -49,13 +52,13 @@ void BM_Restyle(benchmark::State& state) {
     const double turn = 2.0 * std::numbers::pi * n / kTargets;
     const EffortTarget asked{{2.0 * std::cos(turn), 1.5 * std::sin(turn), 2.0 * std::sin(turn)},
                              {1.0, 1.0, 1.0, 1.0}};
-    return restyle(memory, segmented, {asked, {}, std::nullopt});
+    return restyle(memory, segmented, {asked, {}, std::nullopt}, options);
   };
   for (int n = 0; n < kTargets; ++n) benchmark::DoNotOptimize(ask(n));
   int n = 0;
   for (auto _ : state) benchmark::DoNotOptimize(ask(n++ % kTargets));
 }
-BENCHMARK(BM_Restyle)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Restyle)->Arg(1)->Arg(kTries)->Unit(benchmark::kMillisecond);
 
 // Its parts, of one snippet.
 void BM_PlayChoice(benchmark::State& state) {
