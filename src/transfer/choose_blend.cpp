@@ -7,8 +7,8 @@
 namespace laban::transfer {
 namespace {
 
-constexpr double kGain =
-    0.5;  // half: the regressor's error at the next blend is not quite the same
+/// Half: what the regressor is wrong by at the next blend is not quite the same.
+constexpr double kGain = 0.5;
 
 bool same_blend(const BlendChoice& a, const BlendChoice& b) {
   return a.fragment_i == b.fragment_i && a.fragment_j == b.fragment_j && a.alpha == b.alpha &&

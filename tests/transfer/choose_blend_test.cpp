@@ -104,6 +104,29 @@ TEST(ChooseBlend, MoreTriesMeasureNearer) {
   EXPECT_LT(by_all, 0.9 * by_one);
 }
 
+TEST(ChooseBlend, TheNextTryIsAskedForWhatTheLastMissed) {
+  const StyleModel& model = measured_model();
+  PlayMemory memory(model);
+  int changed = 0;
+  int towards = 0;
+  for (int fragment = 0; fragment < static_cast<int>(model.fragments.size()); ++fragment) {
+    for (EffortTarget target : targets_of(model, fragment)) {
+      target.stay_near.reset();
+      const ChosenBlend one = choose_blend(memory, fragment, target, {}, 1);
+      const ChosenBlend two = choose_blend(memory, fragment, target, {}, 2);
+      for (const effort::Factor factor : effort::kFactors) {
+        const auto& asked = target.factors[static_cast<std::size_t>(effort::index_of(factor))];
+        const double moved = two.choice.predicted[factor] - one.choice.predicted[factor];
+        if (!asked || moved == 0.0) continue;
+        ++changed;
+        towards += moved * (*asked - one.measured.effort[factor]) > 0.0 ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(changed, 10);
+  EXPECT_GT(towards, 0.8 * changed);
+}
+
 TEST(ChooseBlend, WhatRatersSayIsNotWhatIsMeasured) {
   const StyleModel& model = test::toy_model();
   ASSERT_FALSE(model.labels_measured);
