@@ -1,5 +1,6 @@
 #include "laban/align/time_warp.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
@@ -96,7 +97,9 @@ double find_least(KnotSide& left, KnotSide& right) {
   const Knot a = left.nearest();
   if (right.empty()) return a.at;
   const Knot b = right.nearest();
-  return a.at + (b.at - a.at) * (-a.slope / (b.slope - a.slope));
+  // Round-off may leave both slopes alike, or b's a little below 0: knots move between the sides.
+  const double rise = b.slope - a.slope;
+  return rise > 0.0 ? a.at + (b.at - a.at) * std::min(1.0, -a.slope / rise) : a.at;
 }
 
 /// The values x(0) = y(0), .., x(U) = y(U) with |x(k + 1) - x(k)| <= limit that minimise
