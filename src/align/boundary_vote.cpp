@@ -1,8 +1,8 @@
 #include "align/boundary_vote.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "laban/align/dtw.h"
@@ -47,7 +47,7 @@ Eigen::MatrixXd every(const Eigen::MatrixXd& frames, int first, int stride, int 
 
 // What the snippet on one side of a boundary costs at each place of it.
 struct Side {
-  std::vector<double> votes;  // geometric mean of the voters' costs
+  std::vector<double> votes;  // weighted mean of the voters' costs
   std::vector<double> own;    // cost of the snippet's own fragment
 };
 
@@ -78,11 +78,15 @@ class Voting {
       return (ended.*costs)[static_cast<std::size_t>(in_ended)] +
              (begun.*costs)[static_cast<std::size_t>(in_begun)];
     };
+    const double motion_cost = vote_.stillness * sum_at(0, &Side::votes) / (now_before + now_after);
+    const auto cost_at = [&](int shift) {
+      return sum_at(shift, &Side::votes) + motion_cost * speed_at(after.begin + shift * stride);
+    };
     const double most_own = (1.0 + vote_.most_rise) * sum_at(0, &Side::own);
     int best = 0;
     for (int shift = -earlier; shift <= later; ++shift) {
       if (sum_at(shift, &Side::own) > most_own) continue;
-      if (sum_at(shift, &Side::votes) < sum_at(best, &Side::votes)) best = shift;
+      if (cost_at(shift) < cost_at(best)) best = shift;
     }
     return after.begin + best * stride;
   }
@@ -92,6 +96,16 @@ class Voting {
   }
 
  private:
+  // How fast the input moves before and after a boundary; what lies right at it may be a jump.
+  [[nodiscard]] double speed_at(int boundary) const {
+    if (vote_.speed.empty()) return 0.0;
+    const int last = static_cast<int>(vote_.speed.size()) - 1;
+    const int before = std::clamp(boundary - vote_.stride, 0, last);
+    const int after = std::clamp(boundary + vote_.stride, 0, last);
+    return 0.5 * (vote_.speed[static_cast<std::size_t>(before)] +
+                  vote_.speed[static_cast<std::size_t>(after)]);
+  }
+
   // One side of a boundary: of the prefixes of its frames from `least` frames on. The voters are
   // the fragments that are nearest to the snippet as it stands, its first `now` frames.
   [[nodiscard]] Side side(const Eigen::MatrixXd& frames, const Snippet& snippet, bool backward,
@@ -108,11 +122,17 @@ class Voting {
     std::stable_sort(costs.begin(), costs.end(),
                      [at](const auto& a, const auto& b) { return a[at] < b[at]; });
     costs.resize(std::min(costs.size(), static_cast<std::size_t>(vote_.voters)));
-    for (Eigen::Index n = least - 1; n < frames.cols(); ++n) {
+    std::vector<double> weights;
+    for (const std::vector<double>& own : costs) {
+      const double cost = std::max(own[at], kNoCost);
+      weights.push_back(1.0 / (cost * cost));
+    }
+    const double whole = std::accumulate(weights.begin(), weights.end(), 0.0);
+    for (auto n = static_cast<std::size_t>(least - 1); n < static_cast<std::size_t>(frames.cols());
+         ++n) {
       double sum = 0.0;
-      for (const std::vector<double>& own : costs)
-        sum += std::log(std::max(own[static_cast<std::size_t>(n)], kNoCost));
-      result.votes.push_back(std::exp(sum / static_cast<double>(costs.size())));
+      for (std::size_t k = 0; k < costs.size(); ++k) sum += weights[k] * costs[k][n];
+      result.votes.push_back(sum / whole);
     }
     return result;
   }
@@ -128,7 +148,7 @@ class Voting {
   const Eigen::MatrixXd& input_;
   std::span<const Eigen::MatrixXd> fragments_;
   std::span<const int> groups_;
-  BoundaryVote vote_;
+  const BoundaryVote& vote_;
 };
 
 }  // namespace

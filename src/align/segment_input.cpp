@@ -8,6 +8,7 @@
 
 #include "laban/align/dtw.h"
 #include "laban/base/error.h"
+#include "laban/math/statistics.h"
 
 #include "align/boundary_vote.h"
 #include "align/one_stage.h"
@@ -27,10 +28,16 @@ constexpr double kStartRateHz = 5.0;
 // 0.7, of 45 inputs of five actions always 42; HDM05's 12 of 12 at all three.
 constexpr double kClearlyLower = 0.7;
 // A boundary is voted on within half a slow gesture: farther off stands another content's affair.
-constexpr double kVoteReachS = 0.7;
-// What the snippets' own fragments may lose by it. Votes hardly ever ask for more: from 0.05 on to
-// no limit boundaries of left-out performers came out the same.
-constexpr double kMostRise = 0.1;
+constexpr double kVoteReachS = 1.0;
+// Of boundaries of left-out performers those of Bandai's takes, which begin and end nearly still,
+// come nearer to the truth the more this is, up to 8; HDM05's, which are cut amid motion, are a
+// tenth farther off from 4 on (METHODS 1.5's inputs).
+constexpr double kStillness = 2.0;
+// What counts as quick in an input: few of its steps from frame to frame are longer.
+constexpr double kQuickPercentile = 95.0;
+// What the snippets' own fragments may lose by it: from there on to no limit boundaries of left-out
+// performers came out the same, below some stayed that would have come nearer.
+constexpr double kMostRise = 0.3;
 
 // Every stride-th frame, the first among them.
 Eigen::MatrixXd thinned(const Eigen::MatrixXd& features, int stride) {
@@ -161,14 +168,30 @@ int stride_for(double rate_hz, double wanted_hz) {
   return static_cast<int>(std::max(1.0, std::floor(rate_hz / wanted_hz)));
 }
 
+// How fast the joints turn at each frame, as a share of the input's quick moments.
+std::vector<double> speed_of(const PoseMatrix& input) {
+  const Eigen::Index count = input.angles.cols() - 1;
+  if (count < 1) return {};
+  Eigen::VectorXd steps(count + 1);
+  steps.tail(count) =
+      (input.angles.rightCols(count) - input.angles.leftCols(count)).colwise().norm().transpose();
+  steps(0) = steps(1);
+  const double quick = math::percentile(math::as_span(steps), kQuickPercentile);
+  if (!(quick > 0.0)) return {};
+  steps /= quick;
+  return {steps.begin(), steps.end()};
+}
+
 // Boundaries by the vote of several fragments, and the cost that goes with them.
-void vote(const FragmentSet& fragments, const SegmentInputOptions& options,
+void vote(const PoseMatrix& input, const FragmentSet& fragments, const SegmentInputOptions& options,
           InputSegmentation& found) {
   const double rate_hz = fragments.frame_rate_hz();
   vote_on_boundaries(found.features, fragments.features(), fragments.groups(),
                      {.voters = options.boundary_voters,
                       .stride = stride_for(rate_hz, options.offset_rate_hz),
                       .reach_frames = static_cast<int>(std::lround(kVoteReachS * rate_hz)),
+                      .speed = speed_of(input),
+                      .stillness = kStillness,
                       .most_rise = kMostRise},
                      found.snippets);
   found.cost = 0.0;
@@ -265,7 +288,7 @@ std::optional<InputSegmentation> segment_input(const PoseMatrix& input,
   result.cost = found->cost;
   const bool by_vote = metric.kind() == MetricKind::kContent && options.boundary_voters > 0 &&
                        !options.steps.slope_limit;
-  if (by_vote) vote(fragments, options, result);
+  if (by_vote) vote(input, fragments, options, result);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #include "laban/align/time_warp.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>

@@ -209,7 +209,8 @@ void join_rotation(const Seam& seam, const Decay& decay, Index row, PoseMatrix& 
     return math::log(math::exp(from + by) * math::exp(from).conjugate());
   };
   const Vector3d first = turn(n.next, offsets.first);
-  const Vector3d second = turn(n.after_next, offsets.second);
+  // Of one way round: near half a turn the second might point against the first.
+  const Vector3d second = math::nearest_branch(turn(n.after_next, offsets.second), first);
   const Spring spring = decay.spring(first.norm(), (second - first).norm(), limit, kUsualTurn);
   Vector3d previous = n.last;
   bool decayed = first.isZero(0.0) && second.isZero(0.0);

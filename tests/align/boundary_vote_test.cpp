@@ -112,6 +112,26 @@ TEST(BoundaryVote, SurvivesSnippetsOfOneFrame) {
   EXPECT_LT(given.snippets[0].end, given.input.cols());
 }
 
+// Between the two lies a pause that both contents might claim; which frames of it are still is
+// told.
+TEST(BoundaryVote, OfPlacesThatFitAlikeTakesTheStillest) {
+  Case given = two_contents(0);
+  const Eigen::MatrixXd up = take(1.0, 2, 0);
+  given.input = joined(joined(up, Eigen::MatrixXd::Zero(1, 8)), take(-1.0, 0, 2));
+  const int pause = static_cast<int>(up.cols());
+  for (const int still : {2, 5}) {
+    SCOPED_TRACE(still);
+    std::vector<double> speed(static_cast<std::size_t>(given.input.cols()), 1.0);
+    for (const int near : {-1, 1}) speed[static_cast<std::size_t>(pause + still + near)] = 0.0;
+    std::vector<Snippet> snippets = given.snippets;
+    snippets[0].end = snippets[1].begin = pause;
+    snippets[1].end = static_cast<int>(given.input.cols());
+    vote_on_boundaries(given.input, given.fragments, given.groups,
+                       {.voters = 3, .stride = 1, .reach_frames = 8, .speed = speed}, snippets);
+    EXPECT_EQ(snippets[0].end, pause + still);
+  }
+}
+
 // A take that fits exactly is believed whatever the others say.
 TEST(BoundaryVote, AnExactFitDecidesAlone) {
   Case given = two_contents(4);

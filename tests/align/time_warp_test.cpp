@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -235,6 +236,17 @@ TEST(TimeWarp, IsTheLeastSquaresProjection) {
     const Eigen::VectorXd v = warp.q() - warp.p();
     EXPECT_LT((v - project_by_dykstra(y)).cwiseAbs().maxCoeff(), 1e-6);
   }
+}
+
+// Two slopes that are 0 but for round-off met on this path, and their quotient was not a number.
+TEST(TimeWarp, SlopesThatMeetAtZeroLeaveTheTimesFinite) {
+  Path path = {{0, 0}};
+  for (const char step : std::string("ijddijjjiiiii")) {
+    path.push_back({path.back().p + (step == 'j' ? 0 : 1), path.back().q + (step == 'i' ? 0 : 1)});
+  }
+  const TimeWarp warp = warp_of_path(path);
+  EXPECT_EQ(warp.frames_i(), 10);
+  EXPECT_EQ(warp.frames_j(), 7);
 }
 
 TEST(TimeWarp, AGentlerLimitHoldsWhereThePairAllowsIt) {

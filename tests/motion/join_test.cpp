@@ -178,6 +178,19 @@ TEST(Join, ATurnOfNearlyHalfDecaysTheShortWay) {
   }
 }
 
+// The offset passes half a turn between the part's first two frames: as the shortest rotation it
+// would point the other way in the second, and the joint would whirl.
+TEST(Join, AnOffsetThatPassesHalfATurnKeepsItsWay) {
+  const PoseMatrix before = still(30);
+  PoseMatrix after = still(60);
+  for (int f = 0; f < 60; ++f) after.angles(1, f) = kPi - 0.01 + 0.02 * f;
+  const PoseMatrix joined = join({before, after});
+  for (int f = 1; f < joined.frame_count(); ++f) {
+    // pi y / e at most and the part's own pace, y = 1.68 / 6 frames.
+    EXPECT_LT((joined.angles.col(f) - joined.angles.col(f - 1)).norm(), 0.36) << f;
+  }
+}
+
 TEST(Join, ShortPartsAreJoinedToo) {
   const PoseMatrix joined =
       join({still(1, 0.0), still(1, 0.1), still(2, 0.2), random_pose(2, 7), random_pose(1, 8)});

@@ -108,6 +108,9 @@ motion::PoseMatrix joined(const std::vector<const Take*>& takes) {
   return motion::to_pose_matrix(clip, takes[0]->capture.humanoid);
 }
 
+// A boundary is well placed if it is no farther from the truth or from the still stretch around it.
+constexpr double kNearS = 0.2;
+
 struct Score {
   int right = 0;
   int runs = 0;
@@ -117,6 +120,7 @@ struct Score {
   // The same, 0 inside the still stretch between two takes: no one can tell where it is cut.
   std::vector<double> errors_beyond_stillness_s;
   std::vector<std::string> wrong;  // what was found instead
+  std::vector<std::string> far;    // boundaries of right runs farther off than kNearS
 
   void add(const Score& other) {
     right += other.right;
@@ -129,6 +133,7 @@ struct Score {
                                      other.errors_beyond_stillness_s.begin(),
                                      other.errors_beyond_stillness_s.end());
     wrong.insert(wrong.end(), other.wrong.begin(), other.wrong.end());
+    far.insert(far.end(), other.far.begin(), other.far.end());
   }
 };
 
@@ -184,8 +189,19 @@ void judge(const Run& run, const std::vector<align::Snippet>& snippets,
     score.boundary_errors_s.push_back(std::abs(begins[n] - run.begin_frame[n]) /
                                       run.input.frame_rate_hz);
     const auto [first, last] = still_stretch(run, run.begin_frame[n]);
+    const double rate_hz = run.input.frame_rate_hz;
     score.errors_beyond_stillness_s.push_back(std::max({0, first - begins[n], begins[n] - last}) /
-                                              run.input.frame_rate_hz);
+                                              rate_hz);
+    if (score.errors_beyond_stillness_s.back() <= kNearS) continue;
+    char told_far[160];
+    std::snprintf(told_far, sizeof told_far,
+                  "%s: %s | %s %+.2f s, still %.2f s before to %.2f after",
+                  corpus.performers[static_cast<std::size_t>(performer)].c_str(),
+                  corpus.contents[static_cast<std::size_t>(found[n - 1])].c_str(),
+                  corpus.contents[static_cast<std::size_t>(found[n])].c_str(),
+                  (begins[n] - run.begin_frame[n]) / rate_hz,
+                  (run.begin_frame[n] - first) / rate_hz, (last - run.begin_frame[n]) / rate_hz);
+    score.far.emplace_back(told_far);
   }
 }
 
@@ -247,13 +263,14 @@ void print_score(const char* metric, const Score& score) {
                 math::percentile(score.boundary_errors_s, 95.0));
     const auto near = std::count_if(score.errors_beyond_stillness_s.begin(),
                                     score.errors_beyond_stillness_s.end(),
-                                    [](double error) { return error <= 0.2; });
+                                    [](double error) { return error <= kNearS; });
     std::printf(", %.1f %% within 0.2 s of the truth or of the still stretch around it",
                 100.0 * static_cast<double>(near) /
                     static_cast<double>(score.errors_beyond_stillness_s.size()));
   }
   std::printf("\n");
   for (const std::string& wrong : score.wrong) std::printf("           %s\n", wrong.c_str());
+  for (const std::string& far : score.far) std::printf("           far %s\n", far.c_str());
 }
 
 void print_segmentation(const Corpus& corpus, const std::string& joined_take) {

@@ -55,9 +55,10 @@ struct SegmentInputOptions {
   double offset_rate_hz = 15.0;
   /// Fragments of a content that are asked where it ends and the next one begins, at most; 0 keeps
   /// the boundaries of the path of least cost. Not asked with a slope limit, which a moved boundary
-  /// might break, nor with the raw metric. With 10 of them boundaries of left-out performers came
-  /// clearly nearer to the truth than with 1, hardly more so with 20 (METHODS 1.5's inputs).
-  int boundary_voters = 10;
+  /// might break, nor with the raw metric. With 20 of them, weighted by how well they fit,
+  /// boundaries of left-out performers came nearer to the truth than with 10, no nearer with all
+  /// (METHODS 1.5's inputs).
+  int boundary_voters = 20;
 
   /// Broken rules, those of `steps` included; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
@@ -83,8 +84,9 @@ struct InputSegmentation {
 /// (true if the input holds that alone), which is believed where it ends at less than 0.7 of the
 /// cost. The guess is followed at offset_rate_hz until no snippet changes; the cost (of the frames
 /// that the rounds look at) never rises. A last segmentation takes every frame. Then each boundary
-/// between two contents moves, at most 0.7 s, to where the boundary_voters nearest fragments of
-/// either agree best, by every k-th frame again: the geometric mean of their path costs decides.
+/// between two contents moves, at most 1 s, to where the boundary_voters nearest fragments of
+/// either agree best, by every k-th frame again: the mean of their path costs decides, those that
+/// fit well counting most, and of places that are as good the one where the input moves less.
 /// With the raw metric nothing is estimated and no boundary moves, as in the paper.
 ///
 /// @param input  at the fragments' frame rate.
