@@ -56,12 +56,16 @@ struct FrameRows {
 };
 
 /// What a path costs at least beyond a limit a cell once it has left frame q or row p (p counted as
-/// in SkewedRows): frames[q] + rows_extra[p], or rows[p] + frames_extra[q].
+/// in SkewedRows): frames[q] + rows_extra[p], or rows[p] + frames_extra[q]. Behind the last row
+/// also boxes[b * lanes] + rows_allowed + frames_extra[q], where q is in box b of kBoxFrames
+/// frames.
 struct RestOfPath {
   const float* frames;
   const float* frames_extra;
   const float* rows;
   const float* rows_extra;
+  const float* boxes;
+  float rows_allowed;
 };
 
 /// Frames [begin, end).
@@ -121,13 +125,14 @@ struct LaneKernels {
   void (*box_distances)(const float* rows, int row_count, const float* boxes, int box_count,
                         int dimensions, float* distances, float* row_least, float* box_least);
 
-  /// The cheapest monotone paths through such distances, charging a cell for each of the
-  /// row_frames[P] frames of a row: path, box_count x lanes, to each box after the last row.
-  void (*path_by_rows)(const float* distances, const int* row_frames, int row_count, int box_count,
-                       float* path);
-  /// The same, charging a cell for each of the box_frames[Q * lanes + l] frames of a box, at most
-  /// kBoxFrames: ends, box_count x lanes, to the last row after each box. `path` is scratch,
-  /// row_count x lanes.
+  /// The cheapest monotone paths through such distances to the last of `frame_count` frames, of
+  /// which a row has kBoxFrames, charging a cell for each: rest[(n * box_count + b) * lanes + l] is
+  /// of frames [n * lanes, frame_count) in boxes from b on, for each n * lanes below frame_count
+  /// and 0 for the next; of all frames (n = 0), the first one is in box b.
+  void (*rest_by_rows)(const float* distances, int frame_count, int box_count, float* rest);
+  /// The cheapest monotone paths from the first row to the last, charging a cell for each of the
+  /// box_frames[Q * lanes + l] frames of a box, at most kBoxFrames: ends, box_count x lanes, after
+  /// each box. `path` is scratch, row_count x lanes.
   void (*path_by_boxes)(const float* distances, const int* box_frames, int row_count, int box_count,
                         float* path, float* ends);
 

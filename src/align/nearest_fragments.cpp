@@ -67,6 +67,18 @@ Eigen::MatrixXf screened_first(const Eigen::MatrixXf& rotated) {
   return values;
 }
 
+// Leading coordinates at evenly spaced frames, a column: near outlines are mostly near sequences.
+Eigen::VectorXf outline_of(const Eigen::MatrixXf& rotated) {
+  constexpr Index kOutlineFrames = 8;
+  const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
+  Eigen::VectorXf outline(leading * kOutlineFrames);
+  for (Index n = 0; n < kOutlineFrames; ++n) {
+    const Index frame = n * (rotated.cols() - 1) / (kOutlineFrames - 1);
+    outline.segment(n * leading, leading) = rotated.col(frame).head(leading);
+  }
+  return outline;
+}
+
 // Lower bounds, then upper bounds, a column a box.
 Eigen::MatrixXf boxes_of(const Eigen::MatrixXf& rotated) {
   const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
@@ -133,6 +145,7 @@ struct PreparedFragments {
   Eigen::MatrixXd axes;                  // D x D
   std::vector<Eigen::MatrixXf> rotated;  // one a fragment, scaled, for lanes
   std::vector<PackedFrames> packed;      // screened_first, for alignments one at a time
+  Eigen::MatrixXf outlines;              // a column a fragment
   float largest_norm = 0.0F;             // squared, of all frames
   std::vector<BoxGroup> groups;          // fragments by falling length
   std::vector<int> order;                // fragment at each place, group * lanes + lane
@@ -152,6 +165,9 @@ struct PreparedFragments {
       packed.emplace_back(screened_first(rotated.back()));
       largest_norm = std::max(largest_norm, rotated.back().colwise().squaredNorm().maxCoeff());
     }
+    outlines.resize(outline_of(rotated[0]).size(), static_cast<Index>(rotated.size()));
+    for (std::size_t i = 0; i < rotated.size(); ++i)
+      outlines.col(static_cast<Index>(i)) = outline_of(rotated[i]);
     add_groups();
   }
 
@@ -184,8 +200,10 @@ struct PreparedFragments {
 // where the first sum is at least the cheapest monotone path's through the boxes. The greater of
 // both ways round counts. The same holds of what is left of a path behind a cell.
 struct BoxBound {
-  float path_by_rows = 0.0F;   // sum of d(p, .), along the cheapest path through the boxes
-  float path_by_boxes = 0.0F;  // sum of d(., q), likewise
+  float path_by_boxes = 0.0F;  // sum of d(., q), along the cheapest path through the boxes
+  // Sums of d(p, .), likewise, behind each strip of `lanes` rows: LaneKernels::rest_by_rows.
+  const float* rest_by_rows = nullptr;
+  std::size_t box_count = 0;
   // d(p, .) of each box of rows and d(., q) of each of the fragment's boxes, `lanes` apart.
   const float* row_least = nullptr;
   const float* box_least = nullptr;
@@ -200,6 +218,8 @@ struct BoxBound {
     return box_least[static_cast<std::size_t>(q / kBoxFrames) * lanes];
   }
 
+  [[nodiscard]] float path_by_rows() const { return rest_by_rows[0]; }
+
   [[nodiscard]] float beyond(float limit) const {
     float row_extra = 0.0F;
     for (int n = 0; n < box_count_for(rows); ++n) {
@@ -211,102 +231,70 @@ struct BoxBound {
       frame_extra += static_cast<float>(frames_in_box(n, frames)) *
                      std::min(0.0F, of_frame(n * kBoxFrames) - limit);
     }
-    return std::max(path_by_rows - limit * static_cast<float>(rows) + frame_extra,
+    return std::max(path_by_rows() - limit * static_cast<float>(rows) + frame_extra,
                     path_by_boxes - limit * static_cast<float>(frames) + row_extra);
   }
 };
 
-// The bounds of all fragments with one query.
+// The bounds of a group's fragments with one query.
 class BoxBounds {
  public:
   BoxBounds(const PreparedFragments& data, const Eigen::MatrixXf& rotated)
-      : data_(data),
-        rows_(rotated.cols()),
-        boxes_(boxes_of(rotated)),
-        group_at_(data.groups.size()) {
-    std::size_t size = 0;
-    for (std::size_t g = 0; g < group_at_.size(); ++g) {
-      group_at_[g] = size;
-      size += (row_boxes() + boxes_of_group(g) + 2) * data.lanes;
-    }
-    numbers_ = AlignedArray<float>(size);
+      : data_(data), rows_(rotated.cols()), boxes_(boxes_of(rotated)) {
+    std::size_t most = 0;
+    for (const BoxGroup& group : data.groups)
+      most = std::max(most, static_cast<std::size_t>(group.box_count));
+    const auto rows = static_cast<std::size_t>(boxes_.cols());
+    const std::size_t strips = (static_cast<std::size_t>(rows_) + data.lanes - 1) / data.lanes;
+    distances_ = AlignedArray<float>(rows * most * data.lanes);
+    row_least_ = AlignedArray<float>(rows * data.lanes);
+    box_least_ = AlignedArray<float>(most * data.lanes);
+    rest_ = AlignedArray<float>((strips + 1) * most * data.lanes);
+    path_ = AlignedArray<float>(rows * data.lanes);
+    ends_ = AlignedArray<float>(most * data.lanes);
   }
 
-  // Of these fragments and what shares their lanes.
-  void fill(std::span<const int> fragments) {
-    std::vector<bool> wanted(data_.groups.size());
-    for (const int i : fragments) {
-      wanted[data_.place[static_cast<std::size_t>(i)] / data_.lanes] = true;
-    }
-    Scratch scratch(row_boxes(), boxes_of_group(0), data_.lanes);
-    for (std::size_t n = 0; n < row_boxes(); ++n) {
-      scratch.row_frames.push_back(frames_in_box(static_cast<int>(n), rows_));
-    }
-    for (std::size_t g = 0; g < wanted.size(); ++g) {
-      if (wanted[g]) fill_group(g, scratch);
-    }
+  // Until it is called again, `of` is about this group.
+  void fill(std::size_t group) {
+    group_ = group;
+    const BoxGroup& boxes = data_.groups[group];
+    const LaneKernels& kernels = data_.kernels;
+    const auto rows = static_cast<int>(boxes_.cols());
+    kernels.box_distances(boxes_.data(), rows, boxes.boxes.data(), boxes.box_count,
+                          static_cast<int>(boxes_.rows() / 2), distances_.data(), row_least_.data(),
+                          box_least_.data());
+    kernels.rest_by_rows(distances_.data(), static_cast<int>(rows_), boxes.box_count, rest_.data());
+    kernels.path_by_boxes(distances_.data(), boxes.frames.data(), rows, boxes.box_count,
+                          path_.data(), ends_.data());
   }
 
-  [[nodiscard]] BoxBound of(int fragment) const {
-    const std::size_t place = data_.place[static_cast<std::size_t>(fragment)];
-    const std::size_t group = place / data_.lanes;
-    const float* at = numbers_.data() + group_at_[group] + place % data_.lanes;
+  [[nodiscard]] BoxBound of(std::size_t lane) const {
+    const int fragment = data_.order[group_ * data_.lanes + lane];
     BoxBound bound;
-    bound.path_by_rows = at[0];
-    bound.path_by_boxes = at[data_.lanes];
-    bound.row_least = at + 2 * data_.lanes;
-    bound.box_least = at + (2 + row_boxes()) * data_.lanes;
-    bound.lanes = data_.lanes;
     bound.rows = rows_;
     bound.frames = data_.fragments[static_cast<std::size_t>(fragment)].cols();
+    const auto last = static_cast<std::size_t>(box_count_for(bound.frames) - 1);
+    bound.path_by_boxes = ends_[last * data_.lanes + lane];
+    bound.rest_by_rows = rest_.data() + lane;
+    bound.box_count = static_cast<std::size_t>(data_.groups[group_].box_count);
+    bound.row_least = row_least_.data() + lane;
+    bound.box_least = box_least_.data() + lane;
+    bound.lanes = data_.lanes;
     return bound;
   }
 
  private:
-  // Room for the longest group.
-  struct Scratch {
-    AlignedArray<float> distances;
-    AlignedArray<float> path;
-    AlignedArray<float> ends;
-    std::vector<int> row_frames;
-
-    Scratch(std::size_t rows, std::size_t boxes, std::size_t lanes)
-        : distances(rows * boxes * lanes),
-          path(std::max(rows, boxes) * lanes),
-          ends(boxes * lanes) {}
-  };
-
-  [[nodiscard]] std::size_t row_boxes() const { return static_cast<std::size_t>(boxes_.cols()); }
-  [[nodiscard]] std::size_t boxes_of_group(std::size_t group) const {
-    return static_cast<std::size_t>(data_.groups[group].box_count);
-  }
-
-  void fill_group(std::size_t number, Scratch& scratch) {
-    const BoxGroup& group = data_.groups[number];
-    const auto rows = static_cast<int>(row_boxes());
-    const std::size_t lanes = data_.lanes;
-    float* paths = numbers_.data() + group_at_[number];
-    data_.kernels.box_distances(boxes_.data(), rows, group.boxes.data(), group.box_count,
-                                static_cast<int>(boxes_.rows() / 2), scratch.distances.data(),
-                                paths + 2 * lanes, paths + (2 + row_boxes()) * lanes);
-    data_.kernels.path_by_boxes(scratch.distances.data(), group.frames.data(), rows,
-                                group.box_count, scratch.path.data(), scratch.ends.data());
-    data_.kernels.path_by_rows(scratch.distances.data(), scratch.row_frames.data(), rows,
-                               group.box_count, scratch.path.data());
-    for (std::size_t l = 0; l < lanes && number * lanes + l < data_.order.size(); ++l) {
-      const auto fragment = static_cast<std::size_t>(data_.order[number * lanes + l]);
-      const auto last =
-          static_cast<std::size_t>(box_count_for(data_.fragments[fragment].cols()) - 1);
-      paths[l] = scratch.path[last * lanes + l];
-      paths[lanes + l] = scratch.ends[last * lanes + l];
-    }
-  }
-
   const PreparedFragments& data_;
   Index rows_;
-  Eigen::MatrixXf boxes_;              // of the query
-  std::vector<std::size_t> group_at_;  // in numbers_: by rows, by boxes, row_least, box_least
-  AlignedArray<float> numbers_;
+  Eigen::MatrixXf boxes_;  // of the query
+  std::size_t group_ = 0;
+  // As LaneKernels names them.
+  AlignedArray<float> distances_;
+  AlignedArray<float> row_least_;
+  AlignedArray<float> box_least_;
+  AlignedArray<float> rest_;
+  AlignedArray<float> path_;
+  AlignedArray<float> ends_;
 };
 
 // What is left of paths behind each frame of a query and a fragment (RestOfPath).
@@ -320,6 +308,8 @@ class Rest {
         frames_extra_(frames_) {}
 
   void fill(const BoxBound& bound, float limit) {
+    bound_ = bound;
+    limit_ = limit;
     const Sum end;
     std::fill(rows_.begin(), rows_.end(), kUnreachable);
     std::fill(rows_extra_.begin(), rows_extra_.end(), kUnreachable);
@@ -347,8 +337,13 @@ class Rest {
   // For the rows of strip n.
   [[nodiscard]] RestOfPath view(int n) const {
     const std::size_t first = static_cast<std::size_t>(n) * lanes_;
-    return {frames_.data() + kFramePadding, frames_extra_.data() + kFramePadding,
-            rows_.data() + first, rows_extra_.data() + first};
+    const Index behind = std::max<Index>(bound_.rows - (n + 1) * static_cast<Index>(lanes_), 0);
+    return {frames_.data() + kFramePadding,
+            frames_extra_.data() + kFramePadding,
+            rows_.data() + first,
+            rows_extra_.data() + first,
+            bound_.rest_by_rows + static_cast<std::size_t>(n + 1) * bound_.box_count * lanes_,
+            -limit_ * static_cast<float>(behind)};
   }
 
  private:
@@ -361,6 +356,8 @@ class Rest {
     }
   };
   std::size_t lanes_;
+  BoxBound bound_;
+  float limit_ = 0.0F;
   std::vector<float> rows_;
   std::vector<float> rows_extra_;
   std::vector<float> frames_;
@@ -391,29 +388,33 @@ class FragmentIndex::Search {
     for (std::size_t n = 0; n < candidates.size(); n += data_.lanes) align(group(candidates, n));
   }
 
-  // In the order of their bounds, so that the limit falls quickly.
+  // Those first whose outlines are nearest, so that the limit is near the last one early; any order
+  // is right.
   void run_pruned(std::vector<int> candidates) {
+    fill_keys(candidates);
+    const std::size_t begin = std::min(seed_count(candidates.size()), candidates.size());
+    std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(begin),
+                      candidates.end(), [&](int a, int b) { return is_before(a, b); });
+    run_all({candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(begin)});
+    const std::span<const int> others = std::span(candidates).subspan(begin);
+    if (others.empty()) return;
+    Rest rest(rotated_.cols(), longest(others), data_.lanes);
+    costs_ = AlignedArray<float>(static_cast<std::size_t>(longest(others) + 2 * kFramePadding));
     BoxBounds bounds(data_, rotated_);
-    bounds.fill(candidates);
-    const std::size_t begin = take_nearest(bounds, candidates, seed_count(candidates.size()));
-    for (std::size_t n = 0; n < begin; n += data_.lanes)
-      align(group(std::span(candidates).first(begin), n));
-    candidates.erase(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(begin));
-    std::erase_if(candidates, [&](int i) { return bounds.of(i).beyond(limit()) > 0.0F; });
-    take_nearest(bounds, candidates, candidates.size());
-    Rest rest(rotated_.cols(), longest(candidates), data_.lanes);
-    costs_ = AlignedArray<float>(static_cast<std::size_t>(longest(candidates) + 2 * kFramePadding));
     std::vector<int> left;
-    for (const int i : candidates) {
-      const BoxBound bound = bounds.of(i);
-      const float most = limit();
-      if (bound.beyond(most) > 0.0F) continue;
-      rest.fill(bound, most);
-      if (!may_be_near(i, rest, most)) continue;
-      left.push_back(i);
-      if (left.size() < data_.lanes) continue;
-      align(left);
-      left.clear();
+    for (const std::vector<int>& one : by_group(others)) {
+      bounds.fill(place(one[0]) / data_.lanes);
+      for (const int i : one) {
+        const BoxBound bound = bounds.of(place(i) % data_.lanes);
+        const float most = limit();
+        if (bound.beyond(most) > 0.0F) continue;
+        rest.fill(bound, most);
+        if (!may_be_near(i, rest, most)) continue;
+        left.push_back(i);
+        if (left.size() < data_.lanes) continue;
+        align(left);
+        left.clear();
+      }
     }
     if (!left.empty()) align(left);
   }
@@ -446,8 +447,7 @@ class FragmentIndex::Search {
     return best_.back() * (1.0F + 1e-5F) + slack_;
   }
 
-  // How many are aligned before anything is left out: of many a few groups, so that the limit is
-  // near the last one.
+  // How many are aligned before anything is left out: of many a few groups.
   [[nodiscard]] std::size_t seed_count(std::size_t candidate_count) const {
     const std::size_t groups = std::clamp<std::size_t>(candidate_count / (12 * data_.lanes), 1, 3);
     return std::max(count_, groups * data_.lanes);
@@ -458,24 +458,33 @@ class FragmentIndex::Search {
     return fragments.subspan(begin, std::min(data_.lanes, fragments.size() - begin));
   }
 
-  // Sorts those to the front of which a cell costs least along the cheapest path through the boxes;
-  // any order is right, this one is quick. @returns how many were sorted, at most `count`.
-  std::size_t take_nearest(const BoxBounds& bounds, std::vector<int>& candidates,
-                           std::size_t count) {
+  [[nodiscard]] std::size_t place(int fragment) const {
+    return data_.place[static_cast<std::size_t>(fragment)];
+  }
+
+  void fill_keys(std::span<const int> candidates) {
     keys_.resize(data_.fragments.size());
-    for (const int i : candidates) {
-      const BoxBound bound = bounds.of(i);
-      keys_[static_cast<std::size_t>(i)] = std::max(bound.path_by_rows, bound.path_by_boxes) /
-                                           static_cast<float>(std::max(bound.rows, bound.frames));
-    }
-    count = std::min(count, candidates.size());
-    std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(count),
-                      candidates.end(), [&](int a, int b) {
-                        const float key_a = keys_[static_cast<std::size_t>(a)];
-                        const float key_b = keys_[static_cast<std::size_t>(b)];
-                        return key_a != key_b ? key_a < key_b : a < b;
-                      });
-    return count;
+    const Eigen::VectorXf outline = outline_of(rotated_);
+    for (const int i : candidates)
+      keys_[static_cast<std::size_t>(i)] = (data_.outlines.col(i) - outline).squaredNorm();
+  }
+
+  [[nodiscard]] bool is_before(int a, int b) const {
+    const float key_a = keys_[static_cast<std::size_t>(a)];
+    const float key_b = keys_[static_cast<std::size_t>(b)];
+    return key_a != key_b ? key_a < key_b : a < b;
+  }
+
+  // The candidates that share lanes, side by side; first the groups with the nearest outlines.
+  [[nodiscard]] std::vector<std::vector<int>> by_group(std::span<const int> candidates) const {
+    std::vector<std::vector<int>> groups(data_.groups.size());
+    for (const int i : candidates) groups[place(i) / data_.lanes].push_back(i);
+    std::erase_if(groups, [](const std::vector<int>& one) { return one.empty(); });
+    const auto before = [&](int a, int b) { return is_before(a, b); };
+    for (std::vector<int>& one : groups) std::sort(one.begin(), one.end(), before);
+    std::sort(groups.begin(), groups.end(),
+              [&](const auto& a, const auto& b) { return before(a[0], b[0]); });
+    return groups;
   }
 
   // Whether a path costs `most` a cell or less: by the leading coordinates, a third of the work,

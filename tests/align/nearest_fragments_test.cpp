@@ -143,6 +143,29 @@ TEST(FragmentIndex, GivesTiesToTheLowestIndex) {
   for (int n = 0; n < 3; ++n) EXPECT_EQ(found[static_cast<std::size_t>(n)].fragment, n);
 }
 
+// Nothing but ties: poses that are held, some for a single frame, each pose several times.
+TEST(FragmentIndex, NamesTheSameAmongHeldPosesAsTheFullSearchWithBothKindsOfKernels) {
+  for (const LaneKernels* kernels : {&baseline_lane_kernels(), &best_lane_kernels()}) {
+    SCOPED_TRACE(kernels->name);
+    const LaneKernelsForTest use(*kernels);
+    base::Rng rng(8);
+    const Eigen::MatrixXd poses = random_features(25, 4, rng);
+    std::vector<Eigen::MatrixXd> fragments;
+    for (int i = 0; i < 120; ++i)
+      fragments.emplace_back(poses.col(i % 4).replicate(1, i % 3 == 0 ? 1 : 1 + rng.index(40)));
+    const FragmentIndex index(fragments);
+    for (const int frames : {1, 7, 8, 33}) {
+      SCOPED_TRACE(frames);
+      const Eigen::MatrixXd query = poses.col(frames % 4).replicate(1, frames);
+      const NearestFragments found = index.nearest(query, 45);
+      const NearestFragments full = index.nearest(query, 45, {}, {.prune = false});
+      for (std::size_t n = 0; n < 45; ++n)
+        EXPECT_EQ(found.neighbors[n].fragment, full.neighbors[n].fragment) << "neighbor " << n;
+      EXPECT_GT(found.pruned_share, 0.0);
+    }
+  }
+}
+
 TEST(FragmentIndex, LooksForWhatIsFarFromEveryFragment) {
   base::Rng rng(6);
   std::vector<Eigen::MatrixXd> fragments;

@@ -29,13 +29,14 @@ struct NearestFragments {
 
 /// Fragments prepared for many searches for the ones nearest to a sequence by mean path cost.
 ///
-/// A search leaves out only what cannot be among the nearest. Fragments are kept in their principal
+/// A search aligns with the fragments first whose leading coordinates at a few frames are nearest,
+/// and then leaves out only what cannot be among the nearest. Fragments are kept in their principal
 /// axes; each run of 8 frames has a box around its leading coordinates and around the norm of the
 /// others. The distances between the boxes of two sequences, and the cheapest monotone path through
-/// them, bound every path cost from below (in the manner of [Keogh05], without a band). In the
-/// order of that bound, fragments are compared with the sequence by their leading coordinates, and
-/// by all of them if that leaves them near enough; both times a path is given up where it cannot
-/// come below the count-th best any more, whatever the boxes let follow. What is left is aligned.
+/// them, bound every path cost from below (in the manner of [Keogh05], without a band). What they
+/// let through is compared with the sequence by its leading coordinates, and by all of them if that
+/// leaves it near enough; both times a path is given up where it cannot come below the count-th
+/// best any more, whatever the boxes let follow. What is left is aligned.
 /// Single precision: mean costs within 1e-5 of the mean cell may change places. Immutable.
 class FragmentIndex {
  public:
