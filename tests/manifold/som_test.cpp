@@ -66,8 +66,9 @@ TEST(Som, IsNoWorseThanMiniSomOnTheSameSamplesAndEpochs) {
   EXPECT_LE(errors.topographic, 0.046667);
 }
 
-// A hundred units in twice as many nodes leave some sample's second best elsewhere.
-TEST(Som, MendingLowersTopographicErrorsAndNoSampleLosesItsUnit) {
+// A hundred units in twice as many nodes leave some sample's second best elsewhere. Free nodes
+// alone, drawn to and fro between samples, leave a third of the errors.
+TEST(Som, MendingLowersTopographicErrorsAndSamplesKeepTheirUnits) {
   SomOptions options{.rows = 14, .columns = 14, .epochs = 20};
   const Eigen::MatrixXd x = reference_samples();
   options.mending_rounds = 0;
@@ -75,8 +76,8 @@ TEST(Som, MendingLowersTopographicErrorsAndNoSampleLosesItsUnit) {
   options.mending_rounds = 10;
   const MapErrors after = map_errors(fit_som(x, options), x);
   EXPECT_GT(before.topographic, 0.0);
-  EXPECT_LE(after.topographic, 0.5 * before.topographic);
-  EXPECT_LE(after.quantization, before.quantization);
+  EXPECT_LE(after.topographic, 0.2 * before.topographic);
+  EXPECT_LE(after.quantization, 1.01 * before.quantization);
 }
 
 TEST(Som, UnitsAreTheNearestByEnumeration) {
