@@ -11,12 +11,12 @@ namespace laban::manifold {
 
 struct KMeansOptions {
   int clusters = 10;  ///< >= 1; no more than samples are used
-  int restarts = 20;  ///< the best of so many beginnings, >= 1
+  int restarts = 10;  ///< the best of so many beginnings, >= 1
   /// Each beginning first breathes in so many centres more, then fewer, at most; >= 0.
   int breath = 5;
   /// The best of them then swaps one centre, any, for a sample, any, so often, >= 0; kept if
   /// better.
-  int swaps = 1000;
+  int swaps = 5000;
   int max_iterations = 300;
 
   /// Broken rules; empty when valid.
