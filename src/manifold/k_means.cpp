@@ -257,6 +257,7 @@ KMeans k_means(const Eigen::Ref<const MatrixXd>& x, const KMeansOptions& options
         x, run_from(x, first_centers(x, clusters, rng), options.max_iterations), options, rng);
     if (result.inertia < best.inertia) best = std::move(result);
   }
+  if (options.swaps == 0) return best;
   return breathed(x, swapped(x, std::move(best), options, rng), options, rng);
 }
 
