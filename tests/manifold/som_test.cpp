@@ -66,8 +66,7 @@ TEST(Som, IsNoWorseThanMiniSomOnTheSameSamplesAndEpochs) {
   EXPECT_LE(errors.topographic, 0.046667);
 }
 
-// A hundred units in twice as many nodes leave some sample's second best elsewhere. Free nodes
-// alone, drawn to and fro between samples, leave a third of the errors.
+// A hundred units in twice as many nodes leave some sample's second best elsewhere.
 TEST(Som, MendingLowersTopographicErrorsAndSamplesKeepTheirUnits) {
   SomOptions options{.rows = 14, .columns = 14, .epochs = 20};
   const Eigen::MatrixXd x = reference_samples();
@@ -77,6 +76,19 @@ TEST(Som, MendingLowersTopographicErrorsAndSamplesKeepTheirUnits) {
   const MapErrors after = map_errors(fit_som(x, options), x);
   EXPECT_GT(before.topographic, 0.0);
   EXPECT_LE(after.topographic, 0.2 * before.topographic);
+  EXPECT_LE(after.quantization, 1.01 * before.quantization);
+}
+
+// As many samples as nodes: hardly a node is free, and units give way.
+TEST(Som, MendingLowersTopographicErrorsInACrowd) {
+  SomOptions options{.rows = 11, .columns = 11, .epochs = 20};
+  const Eigen::MatrixXd x = reference_samples();
+  options.mending_rounds = 0;
+  const MapErrors before = map_errors(fit_som(x, options), x);
+  options.mending_rounds = 20;
+  const MapErrors after = map_errors(fit_som(x, options), x);
+  EXPECT_GT(before.topographic, 0.05);
+  EXPECT_EQ(after.topographic, 0.0);
   EXPECT_LE(after.quantization, 1.01 * before.quantization);
 }
 
