@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "laban/math/rotation.h"
@@ -19,6 +20,8 @@ namespace {
 // Skate and distance that nobody sees, centimetres.
 constexpr double kNoSkateCm = 0.01;
 constexpr double kNearCm = 0.1;
+// A figure below the cross-fade's: with a margin, since what is played is held in longer pieces.
+constexpr double kBetter = 0.97;
 // How fast led feet go back to where they were blended: hardly, in a stride, at once.
 constexpr std::array kPullsPerS = {1.0, 10.0, 20.0, 40.0};
 // What is held beside a seam to judge it, seconds.
@@ -100,6 +103,30 @@ void note_added(const SeamTask& task, const SeamCandidate& candidate, SewnSeam& 
       seam.frames);
 }
 
+/// The cross-fade that a seam is compared with, and how it fares.
+struct PlainFade {
+  SeamFigures played;  ///< as it is
+  SeamFigures strict;  ///< as near as it is as it is, its feet sliding as little as when held
+};
+
+PlainFade faded_figures(const SeamTask& task, const SeamJudge& judge,
+                        const SeamCandidate& candidate) {
+  SewnSeam faded = candidate.seam;
+  faded.frames = cross_fade(candidate.outgoing, candidate.incoming);
+  const SeamFigures played = judge.figures(faded, false);
+  PlainFade plain{played, played};
+  if (!task.holds_feet) return plain;
+  faded.join = faded.found.frames / 2;
+  Eigen::VectorXd shares(std::ssize(faded.frames) - 1);
+  for (Eigen::Index t = 0; t < shares.size(); ++t) {
+    shares[t] = blend_weight(static_cast<double>(t) - 0.5, static_cast<double>(shares.size()));
+  }
+  note_added_steps(task.rows, candidate.outgoing, candidate.incoming, {shares, shares},
+                   faded.frames);
+  plain.strict.skate_cm = std::min(played.skate_cm, judge.figures(faded, true).skate_cm);
+  return plain;
+}
+
 /// The worse of both figures, in a plain cross-fade's.
 double weight_of(const SeamFigures& figures, const SeamFigures& plain) {
   return std::max((figures.skate_cm + kNoSkateCm) / (plain.skate_cm + kNoSkateCm),
@@ -155,25 +182,30 @@ double SeamJudge::nearest_cm(const BodyFrame& frame) const {
 
 void lead_feet(const SeamTask& task, const SeamJudge& judge, const JoinWindowOptions& options,
                SeamCandidate& candidate) {
-  SewnSeam faded = candidate.seam;
-  faded.frames = cross_fade(candidate.outgoing, candidate.incoming);
-  const SeamFigures plain = judge.figures(faded, false);
+  const PlainFade plain = faded_figures(task, judge, candidate);
   std::optional<SewnSeam> best;
   double least = 0.0;
+  double least_strict = 0.0;
   double quickness = 0.0;
   const auto consider = [&](SewnSeam seam) {
     note_added(task, candidate, seam);
     calm(task, seam);
     const SeamFigures figures = judge.figures(seam, task.holds_feet);
     const double quick = std::max(1.0, figures.rate_ratio);
-    const double weight = weight_of(figures, plain);
-    if (best && (quick > quickness || (quick == quickness && weight >= least))) return;
+    // Better than the fade in both is enough: then what is left is weighed against the held one.
+    const double weight = std::max(kBetter, weight_of(figures, plain.played));
+    const double strict = weight_of(figures, plain.strict);
+    if (best && std::tie(quick, weight, strict) >= std::tie(quickness, least, least_strict)) return;
     quickness = quick;
     least = weight;
+    least_strict = strict;
     best = std::move(seam);
   };
-  for (const int part : {1, 2}) {
-    if (part > 1) sew_again(task, options, std::max(2, options.blend_frames / part), candidate);
+  // As long as asked for, half of it, and over the whole overlap, in which feet that stand at
+  // different places drift instead of being led.
+  const int longest = candidate.seam.found.frames - 2;
+  for (const int blend : {options.blend_frames, std::max(2, options.blend_frames / 2), longest}) {
+    if (blend != options.blend_frames) sew_again(task, options, blend, candidate);
     consider(candidate.seam);
     for (const double pull_per_s : kPullsPerS) consider(led(task, candidate, pull_per_s));
   }

@@ -47,10 +47,11 @@ class SeamJudge {
 /// would be too quick.
 ///
 /// How far feet are led, and how long the blend is, is tried: led all the way they slide least but
-/// bend the legs most; a quick blend stays with the captures but moves more at once. Skate and
-/// distance to the captures are each weighed in what a plain cross-fade of the same frames has, and
-/// the worse of the two counts, so that neither is bought with the other. Where some are within the
-/// captures' rates those go before, else the least quick.
+/// bend the legs most; a quick blend stays with the captures but moves more at once, one over the
+/// whole overlap drifts. Skate and distance to the captures are each weighed in what a plain
+/// cross-fade of the same frames has, and the worse of the two counts, so that neither is bought
+/// with the other; among those better in both, skate is weighed in that of the fade with its feet
+/// held. Where some are within the captures' rates those go before, else the least quick.
 void lead_feet(const SeamTask& task, const SeamJudge& judge, const JoinWindowOptions& options,
                SeamCandidate& candidate);
 

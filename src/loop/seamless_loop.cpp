@@ -141,6 +141,14 @@ void give_offsets(Frames& frames, const Frames& other, const BodyRows& rows) {
   for (BodyFrame& frame : frames) frame.offsets = rest;
 }
 
+/// How far to lift a clip so that it stands where another does: by heels or toes, whichever are
+/// nearer to one another, since in a clip danced on the toes heels stand nowhere.
+double lift_between(const motion::FootFloor& from, const motion::FootFloor& to) {
+  const double heels = to.heel_m - from.heel_m;
+  const double toes = to.toe_m - from.toe_m;
+  return std::abs(heels) < std::abs(toes) ? heels : toes;
+}
+
 }  // namespace
 
 SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& options) {
@@ -211,6 +219,10 @@ JoinedClips join_clips(const motion::Capture& given, const motion::Capture& seco
   Sewable b = sewable(other, rows);
   give_offsets(a.frames, b.frames, rows);
   give_offsets(b.frames, a.frames, rows);
+  if (a.contacts.floor && b.contacts.floor) {
+    const double lift_m = lift_between(*b.contacts.floor, *a.contacts.floor);
+    for (BodyFrame& frame : b.frames) frame.hips.y() += lift_m;
+  }
   UsualMotion usual = a.usual;
   usual.speed_m_s = std::max(usual.speed_m_s, b.usual.speed_m_s);
   usual.acceleration_m_s2 = std::max(usual.acceleration_m_s2, b.usual.acceleration_m_s2);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "laban/base/error.h"
 
@@ -21,6 +22,7 @@ using Eigen::RowVectorXd;
 // error of one cluster, in the mean over so many further ones.
 constexpr double kFlat = 0.01;
 constexpr int kAhead = 3;
+constexpr int kElbowRestarts = 3;
 
 void check_input(const Eigen::Ref<const MatrixXd>& x, const KMeansOptions& options) {
   if (const auto problems = options.problems(); !problems.empty()) {
@@ -124,6 +126,110 @@ KMeans run_from(const Eigen::Ref<const MatrixXd>& x, MatrixXd centers, int max_i
   return result;
 }
 
+RowVectorXd squared_distances_to_own(const Eigen::Ref<const MatrixXd>& x, const KMeans& at) {
+  RowVectorXd distances(x.cols());
+  for (Index n = 0; n < x.cols(); ++n) {
+    distances[n] =
+        (x.col(n) - at.centers.col(at.labels[static_cast<std::size_t>(n)])).squaredNorm();
+  }
+  return distances;
+}
+
+/// The centres, and beside each of the `more` of largest error one more [Fritzke20].
+MatrixXd breathed_in(const Eigen::Ref<const MatrixXd>& x, const KMeans& at, int more,
+                     base::Rng& rng) {
+  // Of the cluster's root mean squared distance: Lloyd's iterations part the two.
+  constexpr double kApart = 0.01;
+  const auto count = static_cast<int>(at.centers.cols());
+  const RowVectorXd distances = squared_distances_to_own(x, at);
+  Eigen::VectorXd errors = Eigen::VectorXd::Zero(count);
+  for (Index n = 0; n < x.cols(); ++n)
+    errors[at.labels[static_cast<std::size_t>(n)]] += distances[n];
+  std::vector<int> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return errors[a] > errors[b]; });
+  MatrixXd centers(x.rows(), count + more);
+  centers.leftCols(count) = at.centers;
+  for (int m = 0; m < more; ++m) {
+    const int k = order[static_cast<std::size_t>(m)];
+    const double apart = kApart * std::sqrt(errors[k] / static_cast<double>(x.cols()));
+    for (Index d = 0; d < x.rows(); ++d) {
+      centers(d, count + m) = at.centers(d, k) + apart * rng.uniform(-0.5, 0.5);
+    }
+  }
+  return centers;
+}
+
+/// The centre without which the inertia rises least before the others move.
+Index least_missed(const Eigen::Ref<const MatrixXd>& x, const MatrixXd& centers) {
+  RowVectorXd first = squared_distances_to(x, centers.col(0));
+  RowVectorXd second = RowVectorXd::Constant(x.cols(), std::numeric_limits<double>::infinity());
+  std::vector<Index> nearest(static_cast<std::size_t>(x.cols()), 0);
+  for (Index k = 1; k < centers.cols(); ++k) {
+    const RowVectorXd distances = squared_distances_to(x, centers.col(k));
+    for (Index n = 0; n < x.cols(); ++n) {
+      if (distances[n] < first[n]) {
+        second[n] = first[n];
+        first[n] = distances[n];
+        nearest[static_cast<std::size_t>(n)] = k;
+      } else {
+        second[n] = std::min(second[n], distances[n]);
+      }
+    }
+  }
+  Eigen::VectorXd rises = Eigen::VectorXd::Zero(centers.cols());
+  for (Index n = 0; n < x.cols(); ++n) {
+    rises[nearest[static_cast<std::size_t>(n)]] += second[n] - first[n];
+  }
+  Index least = 0;
+  rises.minCoeff(&least);
+  return least;
+}
+
+MatrixXd without(const MatrixXd& centers, Index k) {
+  MatrixXd rest(centers.rows(), centers.cols() - 1);
+  rest << centers.leftCols(k), centers.rightCols(centers.cols() - 1 - k);
+  return rest;
+}
+
+/// Breathing k-means [Fritzke20]: some centres more where the error is largest, then as many fewer
+/// where they are missed least, while that ends better; then with one fewer.
+KMeans breathed(const Eigen::Ref<const MatrixXd>& x, KMeans at, const KMeansOptions& options,
+                base::Rng& rng) {
+  // Less is round-off, not another optimum.
+  constexpr double kLeastGain = 1e-9;
+  const auto count = static_cast<int>(at.centers.cols());
+  for (int more = std::min(options.breath, count); more > 0 && at.inertia > 0.0;) {
+    MatrixXd centers = breathed_in(x, at, more, rng);
+    centers = run_from(x, std::move(centers), options.max_iterations).centers;
+    while (centers.cols() > count) centers = without(centers, least_missed(x, centers));
+    KMeans result = run_from(x, std::move(centers), options.max_iterations);
+    if (result.inertia < at.inertia * (1.0 - kLeastGain)) {
+      at = std::move(result);
+    } else {
+      --more;
+    }
+  }
+  return at;
+}
+
+/// Random swaps of a centre for a sample [Franti18], which two iterations judge.
+KMeans swapped(const Eigen::Ref<const MatrixXd>& x, KMeans at, const KMeansOptions& options,
+               base::Rng& rng) {
+  constexpr int kBrief = 2;
+  const auto count = static_cast<int>(at.centers.cols());
+  bool any = false;
+  for (int swap = 0; swap < options.swaps && count > 1 && at.inertia > 0.0; ++swap) {
+    MatrixXd centers = at.centers;
+    centers.col(rng.index(count)) = x.col(rng.index(static_cast<int>(x.cols())));
+    KMeans result = run_from(x, std::move(centers), std::min(kBrief, options.max_iterations));
+    if (result.inertia >= at.inertia) continue;
+    at = std::move(result);
+    any = true;
+  }
+  return any ? run_from(x, std::move(at.centers), options.max_iterations) : at;
+}
+
 }  // namespace
 
 std::vector<std::string> KMeansOptions::problems() const {
@@ -135,6 +241,7 @@ std::vector<std::string> KMeansOptions::problems() const {
   };
   rule(clusters, 1, "clusters");
   rule(restarts, 1, "restarts");
+  rule(breath, 0, "breath");
   rule(swaps, 0, "swaps");
   rule(max_iterations, 1, "max_iterations");
   return found;
@@ -146,16 +253,12 @@ KMeans k_means(const Eigen::Ref<const MatrixXd>& x, const KMeansOptions& options
   KMeans best;
   best.inertia = std::numeric_limits<double>::infinity();
   for (int restart = 0; restart < options.restarts; ++restart) {
-    KMeans result = run_from(x, first_centers(x, clusters, rng), options.max_iterations);
+    KMeans result = breathed(
+        x, run_from(x, first_centers(x, clusters, rng), options.max_iterations), options, rng);
     if (result.inertia < best.inertia) best = std::move(result);
   }
-  for (int swap = 0; swap < options.swaps && clusters > 1 && best.inertia > 0.0; ++swap) {
-    MatrixXd centers = best.centers;
-    centers.col(rng.index(clusters)) = x.col(rng.index(static_cast<int>(x.cols())));
-    KMeans result = run_from(x, std::move(centers), options.max_iterations);
-    if (result.inertia < best.inertia) best = std::move(result);
-  }
-  return best;
+  if (options.swaps == 0) return best;
+  return breathed(x, swapped(x, std::move(best), options, rng), options, rng);
 }
 
 ElbowCurve find_elbow(const Eigen::Ref<const MatrixXd>& x, int most, const KMeansOptions& options,
@@ -170,7 +273,9 @@ ElbowCurve find_elbow(const Eigen::Ref<const MatrixXd>& x, int most, const KMean
   for (int k = 1; k <= last; ++k) {
     KMeansOptions with = options;
     with.clusters = k;
-    with.swaps = 0;  // a bend of 1 % does not ask for the last hundredth
+    // A bend of 1 % does not ask for the last hundredth.
+    with.restarts = std::min(options.restarts, kElbowRestarts);
+    with.swaps = 0;
     const double inertia = k_means(x, with, rng).inertia;
     curve.errors.push_back(std::sqrt(inertia / static_cast<double>(x.cols())));
   }

@@ -27,6 +27,9 @@ constexpr Index kBlock = 48;
 // ones hold folds of the map open and raise it on dances.
 constexpr double kFaintShare = 1e-4;
 constexpr double kFaintRadius = 8.0;  // in radii of the narrow one
+// How far a unit is drawn to another's sample, from where it comes second to where it is no nearer
+// than the one that is second now: as little as will do, since its own samples lose by it.
+constexpr double kFirmShare = 0.95;
 // Neighbourhood weights below this are none: a product of two stays a normal number.
 constexpr double kLeastWeight = 1e-150;
 
@@ -122,9 +125,9 @@ bool neighbors(const SelfOrganizingMap& map, int a, int b) {
   return (map.position(a) - map.position(b)).cwiseAbs().maxCoeff() <= 1.0;
 }
 
-/// The node beside `unit` that is no unit itself and nearest to a sample; -1 if there is none.
-int nearest_free_neighbor(const SelfOrganizingMap& map, const std::vector<bool>& is_unit, int unit,
-                          const Eigen::VectorXd& sample) {
+/// The node beside `unit` that is not `taken` and nearest to a sample; -1 if there is none.
+int nearest_neighbor(const SelfOrganizingMap& map, const std::vector<bool>& taken, int unit,
+                     const Eigen::VectorXd& sample) {
   const int row = unit / map.columns;
   const int column = unit % map.columns;
   int nearest = -1;
@@ -133,7 +136,7 @@ int nearest_free_neighbor(const SelfOrganizingMap& map, const std::vector<bool>&
     for (int c = std::max(0, column - 1); c <= std::min(map.columns - 1, column + 1); ++c) {
       const int node = r * map.columns + c;
       const double distance = (map.codebook.col(node) - sample).squaredNorm();
-      if (is_unit[static_cast<std::size_t>(node)] || distance >= least) continue;
+      if (node == unit || taken[static_cast<std::size_t>(node)] || distance >= least) continue;
       least = distance;
       nearest = node;
     }
@@ -141,24 +144,30 @@ int nearest_free_neighbor(const SelfOrganizingMap& map, const std::vector<bool>&
   return nearest;
 }
 
-/// Draws nodes that are no units to samples whose second-best unit lies elsewhere, in `map`.
+/// Draws a node beside the unit of each sample whose second-best unit lies elsewhere to that
+/// sample, in `map`: one that is no unit, or where there is none and `firm` asks for it, any.
 /// @returns the number of such samples before.
-int mend_once(const Eigen::Ref<const MatrixXd>& x, SelfOrganizingMap& map) {
+int mend_once(const Eigen::Ref<const MatrixXd>& x, bool firm, SelfOrganizingMap& map) {
   const BestUnits best = best_matching_units(map, x);
   std::vector<bool> is_unit(static_cast<std::size_t>(map.codebook.cols()), false);
   for (const int unit : best.first) is_unit[static_cast<std::size_t>(unit)] = true;
+  const std::vector<bool> none(is_unit.size(), false);
   int wrong = 0;
   for (std::size_t n = 0; n < best.first.size(); ++n) {
     if (neighbors(map, best.first[n], best.second[n])) continue;
     ++wrong;
     const Eigen::VectorXd sample = x.col(static_cast<Index>(n));
-    const int node = nearest_free_neighbor(map, is_unit, best.first[n], sample);
+    int node = nearest_neighbor(map, is_unit, best.first[n], sample);
+    // In a crowd the free node beside a unit is another sample's second best too, and each round
+    // draws it to and fro: only what is no one's first is without cost.
+    if (firm) node = nearest_neighbor(map, none, best.first[n], sample);
     if (node < 0) continue;
     const double nearer = (map.codebook.col(best.first[n]) - sample).norm();
     const double farther = (map.codebook.col(best.second[n]) - sample).norm();
     const Eigen::VectorXd away = map.codebook.col(node) - sample;
     // Between the two, so that it comes second; no further, as the map was in order here.
-    const double wanted = 0.5 * (nearer + farther);
+    const double share = firm ? kFirmShare : 0.5;
+    const double wanted = nearer + share * (farther - nearer);
     if (away.norm() > wanted) map.codebook.col(node) = sample + away * (wanted / away.norm());
   }
   return wrong;
@@ -169,11 +178,19 @@ int mend_once(const Eigen::Ref<const MatrixXd>& x, SelfOrganizingMap& map) {
 SelfOrganizingMap mended(const Eigen::Ref<const MatrixXd>& x, SelfOrganizingMap map, int rounds) {
   SelfOrganizingMap best = map;
   int fewest = std::numeric_limits<int>::max();
+  bool firm = false;
   for (int round = 0; round <= rounds && fewest > 0 && rounds > 0; ++round) {
     SelfOrganizingMap next = map;
-    const int wrong = mend_once(x, next);
-    if (wrong < fewest) best = std::move(map);
-    fewest = std::min(fewest, wrong);
+    const int wrong = mend_once(x, firm, next);
+    if (wrong < fewest) {
+      best = std::move(map);
+      fewest = wrong;
+    } else if (!firm) {
+      // The free nodes do what they can: from the best map on, all others help.
+      firm = true;
+      next = best;
+      static_cast<void>(mend_once(x, firm, next));
+    }
     map = std::move(next);
   }
   return best;

@@ -260,6 +260,32 @@ TEST(JoinClips, BeginsAsTheFirstAndEndsAsTheSecond) {
   }
 }
 
+/// The same motion on a floor so much higher, metres.
+motion::Capture lifted(const motion::Capture& capture, double by_m) {
+  const motion::Clip& clip = capture.clip;
+  Eigen::Matrix3Xd places = clip.root_positions();
+  places.row(1).array() += by_m;
+  std::vector<Eigen::Quaterniond> rotations;
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    rotations.insert(rotations.end(), clip.rotations(f).begin(), clip.rotations(f).end());
+  }
+  return {motion::Clip(clip.shared_skeleton(), clip.frame_rate_hz(), places, rotations),
+          capture.humanoid};
+}
+
+// Captures put their floor off by centimetres: the second clip is to stand where the first does.
+TEST(JoinClips, StandOnOneFloor) {
+  const motion::Capture bow = phrase("bow_p01");
+  const motion::Capture kick = phrase("kick_p01");
+  const JoinedClips even = join_clips(bow, kick);
+  const JoinedClips uneven = join_clips(bow, lifted(kick, 0.08));
+  ASSERT_EQ(even.clip.frame_count(), uneven.clip.frame_count());
+  const auto heights = [](const JoinedClips& joined) -> Eigen::RowVectorXd {
+    return joined.clip.root_positions().row(1);
+  };
+  EXPECT_LT((heights(even) - heights(uneven)).cwiseAbs().maxCoeff(), 1e-6);
+}
+
 TEST(EndlessLoop, RefusesClipsThatAreTooShortAndOptionsOutOfRange) {
   const motion::Capture bow = phrase("bow_p01");
   const motion::Capture tiny{bow.clip.slice(0, 7), bow.humanoid};

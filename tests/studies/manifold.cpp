@@ -3,7 +3,7 @@
 //   manifold_study TRAIN UNSEEN [POSES.csv POINTS.csv]
 //
 // With two files more it writes the pose vectors and their principal coordinates, a frame a row,
-// for tests/studies/manifold.py, which runs MiniSom's algorithm and scikit-learn on them.
+// for tests/studies/manifold.py, which puts MiniSom's algorithm and scikit-learn beside.
 #include <chrono>
 #include <cstdio>
 #include <fstream>
@@ -81,12 +81,13 @@ void time_poses(const manifold::PoseManifold& manifold) {
               1e3 * seconds_since(begin) / kPoses, sum / kPoses);
 }
 
-/// Objectives of the clusterings, which alone are random, for further seeds.
-void tell_seeds(const motion::Capture& train) {
-  for (const std::uint64_t seed : {2U, 3U, 4U}) {
+/// Objectives of the clusterings, which alone are random, for several seeds.
+void tell_seeds(const motion::Capture& train, int clusters) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
     manifold::LearnOptions options;
     options.kind = manifold::MapKind::kPca;
     options.seed = seed;
+    options.primitives = clusters;
     const manifold::LearnReport report = manifold::learn_manifold({&train, 1}, options).report;
     std::printf("seed %d:", static_cast<int>(seed));
     for (const manifold::ComparedClusters& one : report.methods) {
@@ -99,6 +100,7 @@ void tell_seeds(const motion::Capture& train) {
 int study(const std::vector<std::string>& arguments) {
   const motion::Capture train = motion::find_capture(io::read_clip(arguments[0]).clip);
   const motion::Capture unseen = motion::find_capture(io::read_clip(arguments[1]).clip);
+  int clusters = 0;
   for (const manifold::MapKind kind : {manifold::MapKind::kSom, manifold::MapKind::kPca}) {
     manifold::LearnOptions options;
     options.kind = kind;
@@ -106,7 +108,7 @@ int study(const std::vector<std::string>& arguments) {
     const manifold::LearnedManifold learned = manifold::learn_manifold({&train, 1}, options);
     const manifold::LearnReport& report = learned.report;
     std::printf(
-        "%s map of %d frames, learnt in %.2f s: quantization %.4f m, topographic %.3f, "
+        "%s map of %d frames, learnt in %.2f s: quantization %.5f m, topographic %.4f, "
         "poses back within %.2f cm, unseen %.2f cm; %d primitives\n",
         kind == manifold::MapKind::kSom ? "SOM" : "PCA",
         static_cast<int>(learned.manifold.points.cols()), seconds_since(begin),
@@ -119,6 +121,7 @@ int study(const std::vector<std::string>& arguments) {
                   std::string(manifold::name_of(one.method)).c_str(), one.objective,
                   one.figures.within, one.figures.separation, one.figures.davies_bouldin);
     }
+    clusters = learned.manifold.primitives.count();
     play_all(learned.manifold, train);
     time_poses(learned.manifold);
     if (kind == manifold::MapKind::kSom && arguments.size() == 4) {
@@ -128,7 +131,7 @@ int study(const std::vector<std::string>& arguments) {
       write_rows(arguments[3], learned.manifold.pca.transform(poses));
     }
   }
-  tell_seeds(train);
+  tell_seeds(train, clusters);
   return 0;
 }
 

@@ -107,7 +107,8 @@ TEST_F(Cli, LoopSaysWhatDoesNotGoTogether) {
                2, "--overlap 90 is more than --texton-frames 50");
   expect_error("loop join " + kBow + " " + kBow + " --blend-frames 60 -o out.bvh", 2,
                "--blend-frames 60 is more than --overlap 50");
-  expect_error("loop synthesize " + kBow + " --seconds nan -o out.bvh", 2, "--seconds nan");
+  expect_error("loop synthesize " + kBow + " --seconds nan -o out.bvh", 2,
+               "--seconds: nan (must be a number above 0)");
   expect_error("loop turns " + kBow + " --picture turns.pdf", 2, ".png or .svg");
 }
 

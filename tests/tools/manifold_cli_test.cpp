@@ -85,6 +85,9 @@ TEST_F(ManifoldCli, SaysWhatIsWrongInOneLine) {
   expect_error(play + "--keys " + kWalk, 2, "a pose is CLIP:FRAME");
   expect_error(play + "--keys " + kWalk + ":9999", 2, "the clip has frames 0 to");
   expect_error(play + "--keys absent.bvh:3", 3, "absent.bvh");
+  expect_error(play + "--seconds 0", 2, "--seconds: 0 (must be a number above 0);");
+  expect_error(play + "--seconds nan", 2, "--seconds: nan (must be a number above 0);");
+  expect_error(play + "--perturb -1", 2, "--perturb: -1 (must be 0 or a number above it);");
   expect_error(play + "--start " + kWalk + ":0 --frames 10", 2, "a walk takes --seconds");
   expect_error("manifold synthesize " + kWalk + " --through 1,2 -o out.bvh", 4, "phrase_walk_p01");
   expect_error("manifold learn " + kWalk + " -o walk.manifold", 3, "walk.manifold");

@@ -8,6 +8,7 @@
 #include "laban/base/error.h"
 #include "laban/base/sha256.h"
 
+#include "number_checks.h"
 #include "report.h"
 
 namespace laban::cli {
@@ -67,7 +68,7 @@ void add_asked_options(CLI::App* verb, AskedOptions& options) {
                    "importance of flow, weight, time and space in the search (default 1,1,1,1)")
       ->delimiter(',')
       ->expected(3, 4)
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("F,W,T[,S]")
       ->group(group);
 }

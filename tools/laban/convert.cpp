@@ -8,6 +8,7 @@
 
 #include "effort_curve.h"
 #include "files.h"
+#include "number_checks.h"
 #include "verb.h"
 
 namespace laban::cli {
@@ -196,7 +197,7 @@ void add_convert(CLI::App& app) {
   sub->add_option("--begin", verb->begin, "first frame to keep");
   sub->add_option("--end", verb->end, "one past the last frame to keep");
   sub->add_option("--rate", verb->rate_hz, "frame rate of the output, Hz")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   sub->add_flag("--mirror", verb->mirror, "swap left and right");
   sub->add_option("--to-rig", verb->to_rig,
                   "clip whose rig is to play the motion, in its own proportions");
@@ -208,7 +209,7 @@ void add_convert(CLI::App& app) {
       ->capture_default_str();
   sub->add_option("--output-unit", verb->output_unit_m,
                   "metres per unit of a BVH output (default: the input's)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   sub->add_option("--data", verb->data,
                   "what a table holds: positions of joints, pose matrix, or effort over time")
       ->check(CLI::IsMember({"positions", "pose", "effort"}))

@@ -11,6 +11,7 @@
 
 #include "file_pattern.h"
 #include "files.h"
+#include "number_checks.h"
 #include "verb.h"
 
 namespace laban::cli {
@@ -333,9 +334,9 @@ void add_corpus(CLI::App& app) {
       ->delimiter(',');
   sub->add_option("--groups", verb->groups,
                   "without {content}: group the clips into so many contents by DTW alone")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   sub->add_option("--blends", verb->blends, "blends to draw")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str();
   sub->add_option("--label", verb->label,
                   "'measured' fills labels in by the kinematic observer, 'none' leaves them blank")

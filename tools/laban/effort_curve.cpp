@@ -6,6 +6,8 @@
 #include "laban/base/error.h"
 #include "laban/effort/observer.h"
 
+#include "number_checks.h"
+
 namespace laban::cli {
 
 void add_effort_curve_options(CLI::App* verb, EffortCurveOptions& options) {
@@ -18,7 +20,7 @@ void add_effort_curve_options(CLI::App* verb, EffortCurveOptions& options) {
                    "what is done in the clips (default: found by segmentation)")
       ->group(group);
   verb->add_option("--window", options.window_s, "window of a curve over time, seconds")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str()
       ->group(group);
 }

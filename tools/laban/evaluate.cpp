@@ -12,6 +12,7 @@
 
 #include "evaluation_report.h"
 #include "files.h"
+#include "number_checks.h"
 #include "report.h"
 #include "verb.h"
 
@@ -216,9 +217,9 @@ void add_evaluate(CLI::App& app) {
   sub->add_option("--runs", verb->runs, "random splits (default: 500)")
       ->check(CLI::Range(2, 1000000));
   sub->add_option("--train", verb->train, "blends trained on (default: 85 of 105, or that share)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   sub->add_option("--test", verb->test, "blends tested on (default: the rest)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   sub->add_option("--folds", verb->options.folds, "folds of the cross-validation")
       ->check(CLI::Range(2, 1000))
       ->capture_default_str();
@@ -234,7 +235,7 @@ void add_evaluate(CLI::App& app) {
   sub->add_option(
          "--closed-loop", verb->closed_loop,
          "instead: ask for so many targets a factor, synthesise, and measure what came of it")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->excludes(protocol)
       ->excludes(csv)
       ->excludes(runs_csv)

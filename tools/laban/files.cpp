@@ -18,6 +18,8 @@
 #include "laban/motion/resample.h"
 #include "laban/motion/retarget.h"
 
+#include "number_checks.h"
+
 namespace laban::cli {
 namespace {
 
@@ -191,10 +193,10 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options) {
   const std::string group = "Reading clips";
   verb->add_option("--unit", options.unit_m,
                    "metres per unit of the input file (default: guessed from the body)")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->group(group);
   verb->add_option("--fps", options.frame_rate_hz, "frame rate of the input, instead of the file's")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->group(group);
   verb->add_option("--input-format", options.input_format,
                    "format of the input (needed for '-', stdin): bvh, gltf, asf or amc")
@@ -230,7 +232,7 @@ void add_write_options(CLI::App* verb, WriteClipOptions& options) {
       ->group(group);
   verb->add_option("--compact-tolerance", options.compact_tolerance_deg,
                    "greatest error of a joint's rotation, degrees (default 0.1); implies --compact")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->group(group);
 }
 

@@ -6,6 +6,7 @@
 #include "laban/manifold/manifold_file.h"
 
 #include "manifold.h"
+#include "number_checks.h"
 
 namespace laban::cli {
 namespace {
@@ -145,7 +146,7 @@ void add_manifold_learn(CLI::App* manifold) {
       ->capture_default_str();
   sub->add_option("--last-radius", verb->options.som.last_radius,
                   "neighbourhood of the last pass, nodes")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   sub->add_option("--basis", verb->basis, "radial functions from map to poses")
       ->check(CLI::IsMember({"thin-plate", "gaussian"}))
@@ -155,7 +156,7 @@ void add_manifold_learn(CLI::App* manifold) {
       ->check(CLI::Range(2, 64))
       ->capture_default_str();
   sub->add_option("--ridge", verb->options.grbf.ridge, "ridge of their fit")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str();
   sub->add_option("--primitives", verb->options.primitives,
                   "number of motion primitives (default: at the elbow)")

@@ -11,6 +11,7 @@
 #include "laban/motion/retarget.h"
 
 #include "manifold.h"
+#include "number_checks.h"
 
 namespace laban::cli {
 namespace {
@@ -246,10 +247,10 @@ void add_manifold_synthesize(CLI::App* manifold) {
                   "frames of the output (default: as fast as the captures move)")
       ->check(CLI::Range(1, 1000000));
   sub->add_option("--seconds", verb->walk.seconds, "length of the walk")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   sub->add_option("--perturb", verb->walk.perturb, "noise on what follows what; 0: the likeliest")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str();
   sub->add_option("--travel", verb->travel,
                   "travel over the ground from feet that stand, or from the captures' own")

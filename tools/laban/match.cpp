@@ -7,6 +7,7 @@
 #include "laban/base/error.h"
 
 #include "files.h"
+#include "number_checks.h"
 #include "verb.h"
 
 namespace laban::cli {
@@ -116,7 +117,7 @@ void add_match(CLI::App& app) {
       ->check(CLI::IsMember({"content", "raw"}))
       ->capture_default_str();
   sub->add_option("--count", verb->count, "how many fragments to list")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   sub->add_option("--path", verb->path, "warping path to write (CSV)");
   add_read_options(sub, verb->reading);

@@ -4,6 +4,8 @@
 
 #include <fmt/core.h>
 
+#include "number_checks.h"
+
 namespace laban::cli {
 Json to_json(const effort::Effort& effort, std::span<const effort::Factor> factors) {
   Json json;
@@ -148,13 +150,13 @@ void add_search_options(CLI::App* verb, transfer::SearchOptions& options, int& t
   verb->add_option("--caution", options.caution,
                    "weight of a prediction's expected error: 0 takes the nearest prediction, "
                    "however unsure, as the paper does")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str()
       ->group(group);
   verb->add_option("--stay", options.stay,
                    "weight of factors that are not asked for, to stay near the input's; 0 leaves "
                    "them free to go anywhere, as the paper does")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str()
       ->group(group);
   verb->add_option("--tries", tries,

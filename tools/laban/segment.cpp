@@ -4,6 +4,7 @@
 #include "laban/base/error.h"
 
 #include "files.h"
+#include "number_checks.h"
 #include "verb.h"
 
 namespace laban::cli {
@@ -68,7 +69,7 @@ void add_segment(CLI::App& app) {
   sub->add_option("--model", verb->model, "style model (default: the embedded corpus's)");
   sub->add_option("--snippet-cost", verb->options.steps.snippet_cost,
                   "added once a snippet, in units of the distance")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str();
   sub->add_option("--slope", verb->options.steps.slope_limit,
                   "a snippet runs at most so many times faster or slower")

@@ -9,6 +9,8 @@
 
 #include "laban/base/error.h"
 
+#include "number_checks.h"
+
 namespace laban::cli {
 namespace {
 
@@ -44,7 +46,7 @@ void add_length_options(CLI::App* verb, AskedLength& length) {
   CLI::Option* frames = verb->add_option("--frames", length.frames, "frames to make")
                             ->check(CLI::Range(1, kMostFrames));
   verb->add_option("--seconds", length.seconds, "seconds to make")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->excludes(frames);
 }
 

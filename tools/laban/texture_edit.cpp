@@ -8,6 +8,7 @@
 #include "laban/draw/contact_sheet.h"
 #include "laban/texture/texton_synthesis.h"
 
+#include "number_checks.h"
 #include "texture.h"
 #include "texture_play.h"
 
@@ -224,7 +225,7 @@ void add_texture_edit(CLI::App* texture) {
       ->required();
   sub->add_option("--texton", verb->texton, "texton to edit")->required();
   sub->add_option("--segment", verb->segment, "which of its segments, counted from 0")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str();
   sub->add_option("--pin", verb->pins, "FRAME:CLIP:FRAME: the texton's frame and the pose it takes")
       ->expected(1, -1);

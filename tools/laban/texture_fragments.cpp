@@ -5,6 +5,7 @@
 
 #include "laban/effort/label_table.h"
 
+#include "number_checks.h"
 #include "texture.h"
 
 namespace laban::cli {
@@ -107,7 +108,7 @@ void add_texture_fragments(CLI::App* texture) {
   sub->add_option("--clips", verb->clips,
                   "folder that the captures are in now (default: where they were learnt from)");
   sub->add_option("--least", verb->least, "only textons with so many segments")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   add_common(sub, verb->common, {.writes = true});
   sub->callback([verb] { run(*verb); });

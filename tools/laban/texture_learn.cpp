@@ -8,6 +8,7 @@
 #include "laban/texture/learn_texture.h"
 #include "laban/texture/texture_file.h"
 
+#include "number_checks.h"
 #include "texture.h"
 
 namespace laban::cli {
@@ -190,7 +191,7 @@ void add_texture_learn(CLI::App* texture) {
                   "picture of transitions, lengths and learning (.png or .svg)");
   sub->add_option("--rate", verb->options.frame_rate_hz,
                   "frames a second of the texture (default: the first clip's)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   sub->add_option("--min-frames", verb->options.min_frames,
                   "frames of the shortest segment, about a second")
       ->check(CLI::Range(3, 100000))
@@ -208,7 +209,7 @@ void add_texture_learn(CLI::App* texture) {
       ->check(CLI::Range(1, 40))
       ->capture_default_str();
   sub->add_option("--ridge", verb->options.fit.ridge, "ridge of the dynamics' fit")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0())
       ->capture_default_str();
   sub->add_option("--rounds", verb->options.max_rounds, "most rounds of learning")
       ->check(CLI::Range(0, 100000))

@@ -44,17 +44,19 @@ struct GaussianMixture {
 
 struct MixtureSearchOptions {
   GaussianMixtureOptions em;
-  int beginnings = 24;  ///< the given labels and k-means of one beginning each, >= 1
-  /// Then so often one component, any, is given up and another cut in two, kept if better, >= 0.
-  int swaps = 60;
-  int brief_iterations = 15;  ///< of EM for each of these, >= 1
+  int beginnings = 10;  ///< the given labels and k-means of one beginning each, >= 1
+  /// Then so often in a round one component, any, is put on a few samples, any; 0: never.
+  int swaps = 20;
+  int carried = 6;            ///< of them, those most promising after one step of EM, >= 1
+  int patience = 3;           ///< ends after so many rounds without a gain, >= 0
+  int brief_iterations = 20;  ///< of EM for each of these, >= 1
 
   /// Broken rules; empty when valid.
   [[nodiscard]] std::vector<std::string> problems() const;
 };
 
-/// EM ends in the optimum nearest to where it begins: the best of many short runs, carried to its
-/// end. Components are given up and cut as in [Ueda00], at random.
+/// EM ends in the optimum nearest to where it begins: the best of several short runs, improved by
+/// random swaps of a component as in [Zhao12] while they help, and carried to its end.
 ///
 /// @param x       D x N, @param labels  N clusters 0 .. K - 1, one of the beginnings.
 /// @throws as gaussian_mixture. The result depends on samples, labels, options and rng alone.

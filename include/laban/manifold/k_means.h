@@ -12,8 +12,11 @@ namespace laban::manifold {
 struct KMeansOptions {
   int clusters = 10;  ///< >= 1; no more than samples are used
   int restarts = 10;  ///< the best of so many beginnings, >= 1
-  /// Then so often one centre, any, is put on a sample, any, and kept if that ends better, >= 0.
-  int swaps = 300;
+  /// Each beginning first breathes in so many centres more, then fewer, at most; >= 0.
+  int breath = 5;
+  /// The best of them then swaps one centre, any, for a sample, any, so often, >= 0; kept if
+  /// better.
+  int swaps = 5000;
   int max_iterations = 300;
 
   /// Broken rules; empty when valid.
@@ -30,13 +33,13 @@ struct KMeans {
 
 /// Lloyd's k-means [Lloyd82], begun by greedy k-means++ [Arthur07]: each further centre is the best
 /// of 2 + log K samples drawn with probability proportional to their squared distance from the
-/// centres so far. A cluster that falls empty takes the sample farthest from its centre. Random
-/// swaps of a centre [Franti18] then lead out of the optimum nearest to the best beginning.
+/// centres so far. A cluster that falls empty takes the sample farthest from its centre. Breathing
+/// [Fritzke20] and random swaps of a centre [Franti18] then lead out of the nearest optimum.
 ///
 /// @param x  D x N, N >= 1, finite.
 /// @throws Error{kUsage} if `options` has problems; Error{kData} if x is empty or not finite.
-/// Time O((restarts + swaps) * iterations * N * D * K). The result depends on samples, options and
-/// rng alone.
+/// Time O((restarts * breath + swaps) * iterations * N * D * K). The result depends on samples,
+/// options and rng alone.
 [[nodiscard]] KMeans k_means(const Eigen::Ref<const Eigen::MatrixXd>& x,
                              const KMeansOptions& options, base::Rng& rng);
 
@@ -52,7 +55,7 @@ struct ElbowCurve {
 /// loop of poses, whose error falls as 1 / k, gets 10, a surface, as 1 / sqrt k, 14: the paper
 /// finds 10 for a walk and 15 for a ballet.
 /// @param most  >= 1; no more than samples are tried.
-/// Without swaps, whatever `options` say.
+/// Of three beginnings at most and without swaps, whatever `options` say.
 /// @throws as k_means.
 [[nodiscard]] ElbowCurve find_elbow(const Eigen::Ref<const Eigen::MatrixXd>& x, int most,
                                     const KMeansOptions& options, base::Rng& rng);

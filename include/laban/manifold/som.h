@@ -32,8 +32,8 @@ struct SomOptions {
   /// nullopt: half the longer side [Kohonen01]. It falls by a constant factor to `last_radius`.
   std::optional<double> first_radius;
   double last_radius = 0.5;  ///< in the last epoch, > 0
-  /// Rounds after the epochs in which free nodes beside a unit are drawn to its samples, >= 0.
-  int mending_rounds = 4;
+  /// Rounds after the epochs in which nodes beside a unit are drawn to its samples, >= 0.
+  int mending_rounds = 8;
   /// Threads of the search for best-matching units; 0: all cores. The result does not depend on it.
   int threads = 1;
 
@@ -54,7 +54,8 @@ struct SomOptions {
 ///
 /// Where the second-best unit of a sample is no neighbour of its best, the nearest neighbour that
 /// is no unit itself is then drawn to the sample until it is second best (ours): what surrounds a
-/// unit looks like it. No sample comes to lie farther from its unit by that.
+/// unit looks like it. No sample comes to lie farther from its unit by that; where it does not
+/// suffice, neighbours that are units are drawn too, as little as will do.
 ///
 /// @param x         D x N, a column a sample, N >= 1, finite.
 /// @param progress  may be null; told after each epoch.
