@@ -15,12 +15,10 @@ using Eigen::Matrix3Xd;
 using Eigen::Matrix4f;
 using Eigen::MatrixX4f;
 using Eigen::MatrixXf;
-using Eigen::MatrixXi;
 using Eigen::Quaterniond;
-using Eigen::RowVectorXf;
 using Eigen::VectorXf;
 
-constexpr int kNetSize = 320;
+constexpr int kNetSize = 256;
 constexpr double kNodeS = 0.1;
 constexpr double kSmoothS = 0.08;  // deviation of the Gaussian
 constexpr double kEaseS = 0.15;
@@ -60,25 +58,26 @@ class CheapestWay {
   [[nodiscard]] std::vector<int> find() const {
     const Index own = net_.rows();
     const auto count = static_cast<Index>(nodes_.size());
-    RowVectorXf cost = RowVectorXf::Constant(own + 1, kForbidden);
-    cost[own] = 0.0F;
-    MatrixXi before(count, own + 1);
+    MatrixXf costs = MatrixXf::Constant(own + 1, count, kForbidden);  // of all ways to each state
+    costs(own, 0) = 0.0F;
     MatrixX4f here = added(0);
     for (Index n = 1; n < count; ++n) {
       const MatrixX4f next = added(n);
-      MatrixXf steps = 1.0F - (here * next.transpose()).array().square();
-      steps.colwise() += cost.transpose();
-      for (Index k = 0; k <= own; ++k) {
-        Index best = 0;
-        cost[k] = steps.col(k).minCoeff(&best);
-        before(n, k) = static_cast<int>(best);
-      }
-      cost[own] += static_cast<float>(own_costs_[static_cast<std::size_t>(n)]);
+      MatrixXf ways = 1.0F - (here * next.transpose()).array().square();
+      ways.colwise() += costs.col(n - 1);
+      costs.col(n) = ways.colwise().minCoeff().transpose();
+      costs(own, n) += static_cast<float>(own_costs_[static_cast<std::size_t>(n)]);
       here = next;
     }
+    // The best state before another is found again: cheaper than to note it for all of them.
     std::vector<int> states(nodes_.size(), static_cast<int>(own));
     for (Index n = count - 1; n > 0; --n) {
-      states[static_cast<std::size_t>(n - 1)] = before(n, states[static_cast<std::size_t>(n)]);
+      const MatrixX4f before = added(n - 1);
+      const Eigen::RowVector4f there = added(n).row(states[static_cast<std::size_t>(n)]);
+      Index best = 0;
+      (costs.col(n - 1).array() + 1.0F - (before * there.transpose()).array().square())
+          .minCoeff(&best);
+      states[static_cast<std::size_t>(n - 1)] = static_cast<int>(best);
     }
     return states;
   }
@@ -113,6 +112,12 @@ Matrix3Xd smoothed(const Matrix3Xd& turns, double deviation) {
     }
   }
   return smooth / sum;
+}
+
+/// To the nearest of some rotations.
+double angle_to(const MatrixX4f& rotations, const Quaterniond& rotation) {
+  const float nearest = (rotations * rotation.coeffs().cast<float>()).cwiseAbs().maxCoeff();
+  return 2.0 * std::acos(std::min(1.0, static_cast<double>(nearest)));
 }
 
 void ease_ends(Matrix3Xd& turns, double over) {
@@ -193,10 +198,13 @@ Matrix3Xd JointDetours::cheapest(int joint, std::span<const Quaterniond> rotatio
 }
 
 void JointDetours::draw_near(int joint, std::span<const Quaterniond> rotations, double free_turn,
-                             double deviation, Matrix3Xd& turns) const {
+                             double deviation, Matrix3Xd& turns) {
+  const MatrixX4f& seen = net(joint);
   Matrix3Xd back = Matrix3Xd::Zero(3, turns.cols());
   for (Index f = 0; f < turns.cols(); ++f) {
     const Quaterniond rotation = rotations[static_cast<std::size_t>(f)] * math::exp(turns.col(f));
+    // Some of the captured rotations are quicker to look through than all.
+    if (angle_to(seen, rotation) <= free_turn) continue;
     const double distance = range_.distance(joint, rotation);
     if (distance <= free_turn) continue;
     const Eigen::Vector3d whole = math::log(rotation.conjugate() * range_.nearest(joint, rotation));

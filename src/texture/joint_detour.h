@@ -43,7 +43,7 @@ class JointDetours {
   /// Adds what leads rotations back to within `free_turn` of captured ones, smoothed by a Gaussian
   /// of that deviation in frames.
   void draw_near(int joint, std::span<const Eigen::Quaterniond> rotations, double free_turn,
-                 double deviation, Eigen::Matrix3Xd& turns) const;
+                 double deviation, Eigen::Matrix3Xd& turns);
   /// Captured rotations, a row each, spread evenly.
   const Eigen::MatrixX4f& net(int joint);
 

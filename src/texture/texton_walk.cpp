@@ -44,7 +44,7 @@ constexpr double kHandoverS = 0.25;
 // What is repeated of the seconds to come, and left out of those just before, is counted so far.
 constexpr double kAheadS = 2.0;
 constexpr double kBehindS = 1.0;
-constexpr int kMostCandidates = 1000;
+constexpr int kMostCandidates = 400;
 constexpr int kMostRows = 60;
 constexpr int kEntriesOfALeave = 24;
 // Changes of nearly the same cost are drawn from, or every walk would make the same.
