@@ -399,7 +399,9 @@ int study(const std::vector<std::string>& arguments) {
     const motion::Clip clip = motion::resample(take.capture.clip, kRateHz);
     unseen.emplace_back(
         take.name,
-        texture::observe(texture.space, motion::to_pose_matrix(clip, take.capture.humanoid)));
+        texture::observe(texture.space,
+                         texture::standing_on_floor(
+                             texture.rig, motion::to_pose_matrix(clip, take.capture.humanoid))));
   }
   std::printf("one step, rms of an observation row:\n");
   const texture::GapInfill infill(texture);
