@@ -8,7 +8,7 @@
 #include "laban/math/constants.h"
 #include "laban/math/rotation.h"
 
-#include "synthetic_texture.h"
+#include "standard_rig.h"
 #include "texture/pose_join.h"
 
 namespace laban::texture {
@@ -98,7 +98,7 @@ TEST(JointDetours, LeaveRotationsAloneThatWereCaptured) {
   for (int f = 0; f <= 120; ++f) captured.push_back(tilted(1.5 * f));
   const auto turns = JointDetours(texture, range).around(kJoint, captured, kFree);
   ASSERT_TRUE(turns);
-  EXPECT_LT(turns->norm(), 1e-12);
+  EXPECT_LT(turns->norm(), 1e-5);  // captured rotations are kept as floats
 }
 
 TEST(JointDetours, AreNotMadeWithoutTime) {
