@@ -1,5 +1,7 @@
 #include "laban/texture/learn_texture.h"
 
+#include <utility>
+
 #include "laban/base/error.h"
 #include "laban/math/parallel.h"
 #include "laban/motion/foot_contacts.h"
@@ -20,13 +22,16 @@ struct Corpus {
   std::vector<Take> takes;
 };
 
-/// All captures as observations in one space, at one rate.
-Corpus observe_all(std::span<const TextureSource> sources, double rate_hz, int threads) {
+/// All captures as observations in one space, at one rate, on one floor.
+Corpus observe_all(std::span<const TextureSource> sources, const TextureRig& rig, double rate_hz,
+                   int threads) {
   std::vector<motion::PoseMatrix> poses(sources.size());
   math::parallel_for(static_cast<int>(sources.size()), threads, [&](int n) {
     const auto cell = static_cast<std::size_t>(n);
     const motion::Capture& capture = sources[cell].capture;
     poses[cell] = motion::to_pose_matrix(motion::resample(capture.clip, rate_hz), capture.humanoid);
+    if (n > 0)
+      poses[cell] = standing_on_floor(rig, std::move(poses[cell]));  // the first is the rig's
   });
   Corpus corpus{learn_observation_space(poses), {}, {}};
   int frames = 0;
@@ -79,8 +84,8 @@ LearntTexture learn_texture(std::span<const TextureSource> sources, const Textur
   if (sources.empty()) throw Error(ErrorKind::kUsage, "learn_texture: there is no capture");
   const motion::Capture& first = sources.front().capture;
   const double rate_hz = options.frame_rate_hz.value_or(first.clip.frame_rate_hz());
-  const Corpus corpus = observe_all(sources, rate_hz, options.threads);
   const TextureRig rig = make_rig(first, rate_hz);
+  const Corpus corpus = observe_all(sources, rig, rate_hz, options.threads);
   RoundListener on_round;
   if (listener) {
     on_round = [&](const LearntTextons& state) {

@@ -2,7 +2,20 @@
 
 #include <cmath>
 
+#include "laban/motion/foot_contacts.h"
+#include "laban/motion/retarget.h"
+
 namespace laban::texture {
+
+motion::PoseMatrix standing_on_floor(const TextureRig& rig, motion::PoseMatrix pose) {
+  if (!rig.floor) return pose;
+  motion::RetargetOptions options;
+  options.start = motion::PlanarPose{};
+  const motion::Clip played = motion::from_pose_matrix(pose, rig.humanoid, rig.stance, options);
+  const auto floor = motion::find_foot_contacts(played, rig.humanoid).floor;
+  if (floor) pose.height.array() += (rig.floor->toe_m - floor->toe_m) / rig.humanoid.leg_length_m();
+  return pose;
+}
 
 std::vector<int> segments_of(const MotionTexture& texture, int texton) {
   std::vector<int> found;

@@ -157,15 +157,12 @@ double RotationRange::distance(int joint, const Eigen::Quaterniond& rotation) co
   return 2.0 * std::acos(std::min(1.0, static_cast<double>(nearest)));
 }
 
-std::vector<Eigen::Quaterniond> RotationRange::some(int joint, int count) const {
-  const Eigen::MatrixX4f& all = captured_[static_cast<std::size_t>(joint)];
-  const Index stride = std::max<Index>(1, all.rows() / std::max(1, count));
-  std::vector<Eigen::Quaterniond> rotations;
-  for (Index n = 0; n < all.rows(); n += stride) {
-    const Eigen::Vector4d coefficients = all.row(n).transpose().cast<double>();
-    rotations.emplace_back(Eigen::Quaterniond(coefficients).normalized());
-  }
-  return rotations;
+Eigen::Quaterniond RotationRange::nearest(int joint, const Eigen::Quaterniond& rotation) const {
+  const Eigen::MatrixX4f& all = captured(joint);
+  Index row = 0;
+  (all * rotation.coeffs().cast<float>()).cwiseAbs().maxCoeff(&row);
+  const Eigen::Vector4d coefficients = all.row(row).transpose().cast<double>();
+  return Eigen::Quaterniond(coefficients).normalized();
 }
 
 }  // namespace laban::texture

@@ -71,8 +71,12 @@ class RotationRange {
   /// Angle from a rotation of a joint (radians; as observed, away from the reference) to the
   /// nearest captured one of that joint. Time O(frames).
   [[nodiscard]] double distance(int joint, const Eigen::Quaterniond& rotation) const;
-  /// About `count` captured rotations of a joint, spread over the corpus.
-  [[nodiscard]] std::vector<Eigen::Quaterniond> some(int joint, int count) const;
+  /// The captured rotation itself.
+  [[nodiscard]] Eigen::Quaterniond nearest(int joint, const Eigen::Quaterniond& rotation) const;
+  /// Captured rotations of a joint (x, y, z, w), a row each: all, or some evenly over time.
+  [[nodiscard]] const Eigen::MatrixX4f& captured(int joint) const {
+    return captured_[static_cast<std::size_t>(joint)];
+  }
 
  private:
   std::vector<Eigen::MatrixX4f> captured_;  // of each joint

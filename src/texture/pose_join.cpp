@@ -41,12 +41,17 @@ MatrixXd halfway(const ObservationSpace& space, const Ref<const MatrixXd>& a,
   return with_offsets(space, a, 0.5 * offsets_between(space, a, b));
 }
 
+// Two curves, one for either end, so that neither depends on how long the motion is if it is longer
+// than they are.
 MatrixXd joint_offset_curve(double frame_rate_hz, int length, const Ref<const MatrixXd>& ends) {
-  const double speed =
-      std::max((ends.col(1) - ends.col(0)).norm(), (ends.col(3) - ends.col(2)).norm());
-  const double size = std::max(ends.col(0).norm(), ends.col(3).norm());
-  return ramp_between(length, {0, 1, length - 2, length - 1}, ends,
-                      fade_frames(size, speed, frame_rate_hz));
+  const auto one = [&](int begin) -> MatrixXd {
+    const auto end = ends.middleCols(begin == 0 ? 0 : 2, 2);
+    const double speed = (end.col(1) - end.col(0)).norm();
+    const double size = std::max(end.col(0).norm(), end.col(1).norm());
+    const int fade = std::min(length - 3, fade_frames(size, speed, frame_rate_hz));
+    return ramp_between(length, {begin, begin + 1}, end, fade);
+  };
+  return one(0) + one(length - 2);
 }
 
 MatrixXd offset_curve(const MotionTexture& texture, int length, const Ref<const MatrixXd>& first,

@@ -12,6 +12,7 @@
 #include "laban/texture/constrained_synthesis.h"
 
 #include "texture/at.h"
+#include "texture/joint_detour.h"
 #include "texture/pose_index.h"
 #include "texture/pose_join.h"
 
@@ -21,8 +22,10 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 using Eigen::Index;
+using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::MatrixXf;
+using Eigen::Quaterniond;
 
 // The shortest stay in a segment, where it is long enough: joins on either side of it need room.
 constexpr double kStayS = 0.75;
@@ -38,16 +41,12 @@ constexpr double kRestless = 2.0;
 constexpr double kRevisit = 3.0;
 // A texton may take over from the one before so long before or after the cut.
 constexpr double kHandoverS = 0.25;
-// Poses that a joint tries to meet in, and how much farther than the best one so far a first look
-// may find one.
-constexpr int kDetours = 120;
-constexpr double kScreenSlack = 2.0 * math::kDegree;
 // What is repeated of the seconds to come, and left out of those just before, is counted so far.
 constexpr double kAheadS = 2.0;
 constexpr double kBehindS = 1.0;
-constexpr int kMostCandidates = 32;
+constexpr int kMostCandidates = 400;
 constexpr int kMostRows = 60;
-constexpr int kEntriesOfALeave = 4;
+constexpr int kEntriesOfALeave = 24;
 // Changes of nearly the same cost are drawn from, or every walk would make the same.
 constexpr double kAlike = 0.25;
 // Joints may get so far from what they were seen to do; so much more costs as much as a usual
@@ -64,17 +63,14 @@ struct Crossing {
   int leave = 0;
   int enter = 0;
   double cost = 0.0;  ///< in usual distances
-  MatrixXd meeting;   ///< d x 2, as of TextonChange; none: halfway
+  std::vector<JointDetour> detours = {};
 };
 
-/// How far joints get from what they were seen to do while a crossing is made, radians, at most;
-/// less than kFarTurn is told as 0.
-struct FarTurns {
-  std::array<double, motion::kStandardJointCount> of_joint{};
-
-  [[nodiscard]] double largest() const {
-    return *std::max_element(of_joint.begin(), of_joint.end());
-  }
+/// One joint around a crossing. Two frames are where the motions meet.
+struct JoinedJoint {
+  std::vector<Quaterniond> captured;  ///< to the second that meets as left, from there as entered
+  std::vector<Quaterniond> joined;    ///< going to meet halfway and on from there
+  int meets = 0;                      ///< the first frame where they meet
 };
 
 }  // namespace
@@ -86,6 +82,7 @@ class TextonWalk::Impl {
         segments_(at(texture.texton_count())),
         index_(texture),
         range_(texture),
+        detours_(texture, range_),
         visits_(static_cast<std::size_t>(texture.observations.cols() / kIndexStride + 1), 0),
         rng_(rng) {
     if (texture.segments.empty()) {
@@ -118,6 +115,12 @@ class TextonWalk::Impl {
       ++visits_[at(block)];
     }
     if (!change.is_captured()) exit_.reset();
+    incoming_.reset();
+    if (!change.is_captured()) incoming_ = Incoming{change.meeting, change.detours};
+    settled_ = change.enter;
+    for (const JointDetour& detour : change.detours) {
+      settled_ = std::max(settled_, change.enter + static_cast<int>(detour.entering.cols()));
+    }
     if (change.is_captured() || change.entering != drawn_) drawn_.reset();
     segment_ = change.entering;
     entered_ = change.enter;
@@ -146,7 +149,8 @@ class TextonWalk::Impl {
   /// Whether the next segment follows this one in the same take.
   [[nodiscard]] bool follows(int s) const { return end_of(s) < take_end(segment(s).begin); }
   [[nodiscard]] int earliest_leave() const {
-    return entered_ + std::max(3, std::min(frames(kStayS), (end_of(segment_) - entered_) / 2));
+    const int stay = std::max(3, std::min(frames(kStayS), (end_of(segment_) - entered_) / 2));
+    return std::max(entered_ + stay, settled_ + 3);
   }
 
   /// Where a take begins, each as likely as it is long; after its first frames, if they are those
@@ -164,7 +168,7 @@ class TextonWalk::Impl {
   TextonChange find_change() {
     if (!exit_) exit_ = way_out(take_end(entered_));
     // A segment is not entered if the take is to be left before there was time to see it.
-    if (exit_ && (exit_->leave < end_of(segment_) + frames(kStayS) || !follows(segment_))) {
+    if (exit_ && (exit_->leave < end_of(segment_) + frames(kLongestFadeS) || !follows(segment_))) {
       return crossed(*exit_);
     }
     // Come here to go on as this segment did, it does not draw again.
@@ -180,14 +184,15 @@ class TextonWalk::Impl {
   /// one texton takes over from the other at the calmest frame near by.
   [[nodiscard]] TextonChange captured_change() const {
     const int cut = segment(segment_ + 1).begin;
-    const int from = std::max(cut - frames(kHandoverS), entered_ + (cut - entered_) / 2);
+    const int from =
+        std::max({cut - frames(kHandoverS), entered_ + (cut - entered_) / 2, settled_});
     const int to = std::min(cut + frames(kHandoverS), cut + segment(segment_ + 1).length / 3);
     const int frame = index_.calmest(from, std::max(from, to) + 1);
     return {segment_, segment_ + 1, frame, frame, texture_.observations.middleCols(frame, 2),
-            false};
+            {},       false};
   }
 
-  [[nodiscard]] TextonChange crossed(const Crossing& crossing) const {
+  [[nodiscard]] TextonChange crossed(const Crossing& crossing) {
     const int entering = segment_of(crossing.enter);
     const int from = segment(segment_).texton;
     const int to = segment(entering).texton;
@@ -196,7 +201,8 @@ class TextonWalk::Impl {
             entering,
             crossing.leave,
             crossing.enter,
-            crossing.meeting.cols() > 0 ? crossing.meeting : halfway_of(crossing),
+            halfway_of(crossing),
+            detours_of(crossing).taken,
             !seen};
   }
 
@@ -217,7 +223,7 @@ class TextonWalk::Impl {
                   "no segment of two frames to go on with from texton " + std::to_string(texton()));
     }
     const int leave = std::max(entered_, end_of(segment_) - 2);
-    return crossed({leave, segment(drawn(others)).begin, 0.0, {}});
+    return crossed({leave, segment(drawn(others)).begin, 0.0});
   }
 
   /// A segment from which the corpus went on, each of the texton's as likely as any other: that is
@@ -261,10 +267,10 @@ class TextonWalk::Impl {
         const double distance = std::sqrt(static_cast<double>(d(f, g)));
         if (distance > least) continue;
         least = distance;
-        best = {from + static_cast<int>(f), enter, 0.0, {}};
+        best = {from + static_cast<int>(f), enter, 0.0};
       }
     }
-    if (best && far_turn(*best, halfway_of(*best)).largest() > kFarTurn) return std::nullopt;
+    if (best && is_led_far(*best)) return std::nullopt;
     return best;
   }
 
@@ -393,7 +399,8 @@ class TextonWalk::Impl {
     const Take& other = texture_.takes[at(index_.take_of(coarse.enter))];
     const int from = std::max(earliest_leave(), coarse.leave - kReach);
     const int to = std::min(end - 1, coarse.leave + kReach + 1);
-    const int enter_from = std::max(other.begin, coarse.enter - kReach);
+    const int enter_from =
+        std::max({other.begin, coarse.enter - kReach, segment(segment_of(coarse.enter)).begin});
     const int enter_to = std::min(
         {other.begin + other.length - 1, coarse.enter + kReach + 1,
          std::max(coarse.enter + 1, end_of(segment_of(coarse.enter)) - frames(kStayS) + 1)});
@@ -412,16 +419,12 @@ class TextonWalk::Impl {
 
   /// Out of the take that ends before frame `end`, by one of the cheapest ways.
   std::optional<Crossing> way_out(int end) {
-    std::vector<Crossing> ways;
-    for (const Crossing& coarse : crossings(end)) ways.push_back(refined(coarse, end));
-    std::stable_sort(ways.begin(), ways.end(),
-                     [](const Crossing& a, const Crossing& b) { return a.cost < b.cost; });
     double least = math::kInfinity;
     std::vector<Crossing> looked_into;
-    for (Crossing& way : ways) {
-      if (way.cost > least + kAlike) break;  // nothing makes it cheaper
-      way.meeting = halfway_of(way);
-      take_detours(way);
+    for (const Crossing& coarse : crossings(end)) {
+      if (coarse.cost > least + kAlike) break;  // nothing makes it much cheaper
+      Crossing way = refined(coarse, end);
+      way.cost += far_cost(detours_of(way, far_turn_costing(least + kAlike - way.cost)).farthest);
       least = std::min(least, way.cost);
       looked_into.push_back(std::move(way));
     }
@@ -430,135 +433,182 @@ class TextonWalk::Impl {
     return looked_into[at(rng_.index(static_cast<int>(looked_into.size())))];
   }
 
-  [[nodiscard]] static double far_cost(const FarTurns& turns) {
-    const double beyond = turns.largest() - kFarTurn;
-    return beyond <= 0.0 ? 0.0 : std::pow(beyond / kFarTurnUnit, 2);
+  [[nodiscard]] static double far_cost(double farthest) {
+    return std::pow(std::max(0.0, farthest - kFarTurn) / kFarTurnUnit, 2);
   }
 
-  /// Adds what it costs that joints are led far from what they were seen to do. Those are let meet
-  /// in a pose that they were seen in, if that leads them less far.
-  void take_detours(Crossing& way) const {
-    FarTurns turns = far_turn(way, way.meeting);
-    for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      double& least = turns.of_joint[static_cast<std::size_t>(s)];
-      if (least <= kFarTurn) continue;
-      const MatrixXd halfway = way.meeting;
-      for (const Eigen::Quaterniond& seen : range_.some(s, kDetours)) {
-        if (!may_lead_less_far(way, s, seen, least)) continue;
-        const MatrixXd meeting = meeting_in(halfway, s, seen);
-        const double turn = far_turn_of(way, meeting, s, least);
-        if (turn >= least) continue;
-        least = turn;
-        way.meeting = meeting;
-      }
-    }
-    way.cost += far_cost(turns);
+  /// The turn from which on far_cost is more than `cost`.
+  [[nodiscard]] static double far_turn_costing(double cost) {
+    return kFarTurn + kFarTurnUnit * std::sqrt(std::max(0.0, cost));
   }
 
-  /// A look at a few frames on either side, about where a fourth, half and three fourths of the way
-  /// to a rotation are done.
-  [[nodiscard]] bool may_lead_less_far(const Crossing& way, int joint,
-                                       const Eigen::Quaterniond& rotation, double least) const {
-    const int quarter = frames(0.2);
-    for (int n = 1; n <= 3; ++n) {
-      const int before = std::max(entered_, way.leave - (4 - n) * quarter);
-      const int after = std::min(take_end(way.enter) - 1, way.enter + (4 - n) * quarter);
-      for (const int frame : {before, after}) {
-        const Eigen::Quaterniond between = joint_at(frame, joint).slerp(0.25 * n, rotation);
-        if (range_.distance(joint, between) > least + kScreenSlack) return false;
-      }
-    }
-    return true;
-  }
+  struct Detours {
+    std::vector<JointDetour> taken;
+    double farthest = 0.0;  // from what joints were seen to do; less than kFarTurn is told as 0
+  };
 
-  [[nodiscard]] Eigen::Quaterniond joint_at(int frame, int joint) const {
-    const Index row = static_cast<Index>(3) * joint;
-    return math::exp(texture_.observations.block<3, 1>(row, frame)
-                         .cwiseQuotient(texture_.space.scale.segment<3>(row)));
-  }
-
-  /// Frames to meet in with one joint in another rotation, as fast as it would be.
-  [[nodiscard]] MatrixXd meeting_in(MatrixXd meeting, int joint,
-                                    const Eigen::Quaterniond& rotation) const {
-    const Index row = static_cast<Index>(3) * joint;
-    const auto scale = texture_.space.scale.segment<3>(row);
-    const auto at_frame = [&](Index f) {
-      return math::exp(meeting.block<3, 1>(row, f).cwiseQuotient(scale));
+  /// How joints that would get far from what they were seen to do get around that, where that
+  /// leads them less far.
+  /// @param enough  looks no further once a joint is led so far whatever is done, radians.
+  [[nodiscard]] Detours detours_of(const Crossing& way, double enough = math::kInfinity) {
+    struct FarJoint {
+      int joint;
+      double turn;
+      JoinedJoint plain;
     };
-    const Eigen::Quaterniond step = at_frame(0).conjugate() * at_frame(1);
-    const Eigen::Vector3d first = math::log(rotation);
-    meeting.block<3, 1>(row, 0) = first.cwiseProduct(scale);
-    meeting.block<3, 1>(row, 1) =
-        math::nearest_branch(math::log(rotation * step), first).cwiseProduct(scale);
-    return meeting;
+    const MatrixXd meeting = halfway_of(way);
+    std::vector<FarJoint> far;
+    for (int s = 0; s < motion::kStandardJointCount; ++s) {
+      std::optional<JoinedJoint> plain = joined(way, meeting, s);
+      if (!plain) continue;
+      const double turn = farthest_turn(s, *plain, {});
+      if (turn > kFarTurn) far.push_back({s, turn, std::move(*plain)});
+    }
+    std::stable_sort(far.begin(), far.end(),
+                     [](const FarJoint& a, const FarJoint& b) { return a.turn > b.turn; });
+    Detours found;
+    for (const FarJoint& one : far) {
+      if (found.farthest >= enough) break;
+      double turn = one.turn;
+      std::optional<JointDetour> detour = detour_of(way, one.joint, one.plain, turn);
+      if (detour) found.taken.push_back(std::move(*detour));
+      found.farthest = std::max(found.farthest, turn);
+    }
+    return found;
   }
 
-  [[nodiscard]] FarTurns far_turn(const Crossing& way, const MatrixXd& meeting) const {
-    FarTurns turns;
+  /// @param turn  how far the joint is led without a detour; becomes how far with it.
+  /// @returns none if it leads no less far.
+  [[nodiscard]] std::optional<JointDetour> detour_of(const Crossing& way, int joint,
+                                                     const JoinedJoint& plain, double& turn) {
+    const auto count = static_cast<int>(plain.joined.size());
+    const int from = std::max(0, settled_ - (way.leave - plain.meets));
+    const int room =
+        std::min(end_of(segment_of(way.enter)) - way.enter, (take_end(way.enter) - way.enter) / 2);
+    const int end = std::min(count, plain.meets + room);
+    if (end <= from) return std::nullopt;
+    const auto around =
+        detours_.around(joint, std::span(plain.joined).subspan(at(from), at(end - from)), kFarTurn);
+    if (!around) return std::nullopt;
+    Matrix3Xd turns = Matrix3Xd::Zero(3, count);
+    turns.middleCols(from, end - from) = *around;
+    const double with = farthest_turn(joint, plain, turns);
+    if (with >= turn) return std::nullopt;
+    turn = with;
+    return JointDetour{joint, turns.leftCols(plain.meets + 2),
+                       turns.middleCols(plain.meets, end - plain.meets)};
+  }
+
+  [[nodiscard]] bool is_led_far(const Crossing& way) const {
+    const MatrixXd meeting = halfway_of(way);
     for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      turns.of_joint[static_cast<std::size_t>(s)] = far_turn_of(way, meeting, s, math::kInfinity);
+      const auto plain = joined(way, meeting, s);
+      if (plain && farthest_turn(s, *plain, {}) > kFarTurn) return true;
     }
+    return false;
+  }
+
+  [[nodiscard]] Quaterniond joint_at(const MatrixXd& y, Index frame, int joint) const {
+    const Index row = static_cast<Index>(3) * joint;
+    return math::exp(y.block<3, 1>(row, frame).cwiseQuotient(texture_.space.scale.segment<3>(row)));
+  }
+
+  /// How a joint of two frames of the corpus becomes that of two others: 3 x 2.
+  [[nodiscard]] Matrix3Xd turns_to(const MatrixXd& meeting, int frame, int joint) const {
+    Matrix3Xd turns(3, 2);
+    for (int n = 0; n < 2; ++n) {
+      turns.col(n) = math::log(joint_at(texture_.observations, frame + n, joint).conjugate() *
+                               joint_at(meeting, n, joint));
+    }
+    turns.col(1) = math::nearest_branch(turns.col(1), turns.col(0));
     return turns;
   }
 
-  /// Of one joint; stops at `enough`.
-  [[nodiscard]] double far_turn_of(const Crossing& way, const MatrixXd& meeting, int joint,
-                                   double enough) const {
-    const MatrixXd& y = texture_.observations;
+  /// None if the joint stays near to what it was captured as.
+  [[nodiscard]] std::optional<JoinedJoint> joined(const Crossing& way, const MatrixXd& meeting,
+                                                  int joint) const {
     const int fade = frames(kLongestFadeS) + 2;
-    const int before = std::min(fade, way.leave + 2 - entered_);
+    const int before = std::max(2, std::min(fade, way.leave + 2 - entered_));
     const int after = std::min(fade, take_end(way.enter) - way.enter);
-    double farthest = 0.0;
-    if (before >= kFewestConstrained) {
-      farthest = farthest_turn(y.middleCols(way.leave + 2 - before, before), before - 2, meeting,
-                               joint, enough);
+    Eigen::Matrix<double, 3, 4> leaving = Eigen::Matrix<double, 3, 4>::Zero();
+    Eigen::Matrix<double, 3, 4> entering = leaving;
+    leaving.rightCols(2) = turns_to(meeting, way.leave, joint);
+    entering.leftCols(2) = turns_to(meeting, way.enter, joint);
+    const double largest =
+        std::max(leaving.colwise().norm().maxCoeff(), entering.colwise().norm().maxCoeff());
+    if (largest <= 0.5 * kFarTurn) return std::nullopt;
+    Matrix3Xd earlier;
+    if (incoming_) {
+      leaving.leftCols(2) = turns_to(incoming_->meeting, entered_, joint);
+      for (const JointDetour& one : incoming_->detours) {
+        if (one.joint == joint) earlier = one.entering;
+      }
     }
-    if (after >= kFewestConstrained && farthest < enough) {
-      farthest = std::max(farthest,
-                          farthest_turn(y.middleCols(way.enter, after), 0, meeting, joint, enough));
+    const int length = incoming_ ? way.leave + 2 - entered_ : before;
+    JoinedJoint found;
+    found.meets = before - 2;
+    add(found, joint, way.leave + 2, joint_curve(length, leaving).rightCols(before));
+    const int begin = way.leave + 2 - before;
+    for (Index f = begin - entered_; f < std::min<Index>(earlier.cols(), length); ++f) {
+      Quaterniond& rotation = found.joined[at(f - (begin - entered_))];
+      rotation = rotation * math::exp(earlier.col(f));
     }
-    return farthest;
+    const Matrix3Xd curve = joint_curve(after, entering);
+    add(found, joint, way.enter + after, curve.rightCols(after - 2));
+    return found;
   }
 
-  /// @param y  frames of which those at `meets` and after it become `meeting`.
-  [[nodiscard]] double farthest_turn(const Eigen::Ref<const MatrixXd>& y, int meets,
-                                     const MatrixXd& meeting, int joint, double enough) const {
-    constexpr int kEvery = 3;
-    const Index row = static_cast<Index>(3) * joint;
-    const auto scale = texture_.space.scale.segment<3>(row);
-    const auto rotation = [&](const auto& column) {
-      return math::exp(column.template segment<3>(row).cwiseQuotient(scale));
-    };
-    Eigen::Matrix3Xd ends = Eigen::Matrix3Xd::Zero(3, 4);
-    const int side = meets == 0 ? 0 : 2;
-    for (int f = 0; f < 2; ++f) {
-      ends.col(side + f) =
-          math::log(rotation(y.col(meets + f)).conjugate() * rotation(meeting.col(f)));
+  [[nodiscard]] Matrix3Xd joint_curve(int length, const Eigen::Matrix<double, 3, 4>& ends) const {
+    if (length < kFewestConstrained) {
+      return ends.leftCols(2).isZero() ? ends.rightCols(2) : ends.leftCols(2);
     }
-    ends.col(side + 1) = math::nearest_branch(ends.col(side + 1), ends.col(side));
-    if (ends.colwise().norm().maxCoeff() <= 0.5 * kFarTurn) return 0.0;
-    const MatrixXd offsets =
-        joint_offset_curve(texture_.frame_rate_hz, static_cast<int>(y.cols()), ends);
+    return joint_offset_curve(texture_.frame_rate_hz, length, ends);
+  }
+
+  /// Adds the frames before `end`, as many as there are offsets.
+  void add(JoinedJoint& to, int joint, int end, const Matrix3Xd& offsets) const {
+    for (Index f = 0; f < offsets.cols(); ++f) {
+      const Quaterniond captured = joint_at(texture_.observations, end - offsets.cols() + f, joint);
+      to.captured.push_back(captured);
+      to.joined.push_back(captured * math::exp(offsets.col(f)));
+    }
+  }
+
+  /// @param turns  on top, one a frame, or none.
+  [[nodiscard]] double farthest_turn(int joint, const JoinedJoint& around,
+                                     const Matrix3Xd& turns) const {
     double farthest = 0.0;
-    for (Index f = 0; f < y.cols() && farthest < enough; f += kEvery) {
-      const Eigen::Vector3d turn = offsets.col(f);
-      if (turn.norm() <= std::max(farthest, kFarTurn)) continue;  // so near to its own frame
-      const double distance = range_.distance(joint, rotation(y.col(f)) * math::exp(turn));
-      farthest = std::max(farthest, distance);
+    for (std::size_t f = 0; f < around.joined.size(); ++f) {
+      Quaterniond rotation = around.joined[f];
+      if (turns.cols() > 0) rotation = rotation * math::exp(turns.col(static_cast<Index>(f)));
+      // No farther than it is from its own frame.
+      if (math::angle_between(rotation, around.captured[f]) <= std::max(farthest, kFarTurn)) {
+        continue;
+      }
+      farthest = std::max(farthest, range_.distance(joint, rotation));
     }
     return farthest <= kFarTurn ? 0.0 : farthest;
   }
+
+  /// How the motion became that of the frames from entered_ on.
+  struct Incoming {
+    MatrixXd meeting;
+    std::vector<JointDetour> detours;
+  };
 
   const MotionTexture& texture_;
   std::vector<std::vector<int>> segments_;  // of each texton
   PoseIndex index_;
   RotationRange range_;
+  JointDetours detours_;
   std::vector<int> visits_;  // of each kIndexStride frames of the corpus
   base::Rng rng_;
   int segment_ = 0;
   int entered_ = 0;
-  std::optional<int> drawn_;      // the segment from which the corpus went on as drawn
-  std::optional<Crossing> exit_;  // by which the take now walked on is to be left
+  std::optional<Incoming> incoming_;  // how the frame was entered, if not as captured
+  int settled_ = 0;                   // from this frame on no joint is on a detour
+  std::optional<int> drawn_;          // the segment from which the corpus went on as drawn
+  std::optional<Crossing> exit_;      // by which the take now walked on is to be left
 };
 
 TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng)

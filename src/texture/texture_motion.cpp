@@ -120,10 +120,15 @@ class TextonSequence {
   }
   /// `length` frames. The two after them are `meeting`, and there the next texton begins, which
   /// goes on with frame `enter` of the corpus.
-  MatrixXd until(const Source& source, int length, int enter, const MatrixXd& meeting) {
-    const MatrixXd y = draw(source, std::max(length + 2, kFewestConstrained),
-                            offsets_between(texture_.space, two_frames(source.end - 2), meeting));
+  MatrixXd until(const Source& source, int length, int enter, const MatrixXd& meeting,
+                 const std::vector<JointDetour>& detours = {}) {
+    MatrixXd y = draw(source, std::max(length + 2, kFewestConstrained),
+                      offsets_between(texture_.space, two_frames(source.end - 2), meeting));
+    if (!detours_.empty() || !detours.empty()) {
+      y = with_offsets(texture_.space, y, detour_curve(y.cols(), detours));
+    }
     first_ = offsets_between(texture_.space, two_frames(enter), meeting);
+    detours_ = detours;
     return y.leftCols(y.cols() - 2);
   }
   /// The last texton; its last two frames are `end`, if that is given.
@@ -141,6 +146,25 @@ class TextonSequence {
   MatrixXd draw(const Source& source, int length, const MatrixXd& last) {
     const MatrixXd y = between_own_ends(source, length);
     return with_offsets(texture_.space, y, offset_curve(texture_, length, first_, last));
+  }
+
+  /// Of the joints that come from a detour, and of those that go on one.
+  [[nodiscard]] MatrixXd detour_curve(Eigen::Index length,
+                                      const std::vector<JointDetour>& leaving) const {
+    MatrixXd curve = MatrixXd::Zero(first_.rows(), length);
+    const auto scaled = [&](const JointDetour& detour, const auto& turns) -> MatrixXd {
+      return texture_.space.scale.segment<3>(3 * detour.joint).asDiagonal() * turns;
+    };
+    for (const JointDetour& detour : detours_) {
+      const auto count = std::min(length, detour.entering.cols());
+      curve.block(3 * detour.joint, 0, 3, count) = scaled(detour, detour.entering.leftCols(count));
+    }
+    for (const JointDetour& detour : leaving) {
+      const auto count = std::min(length, detour.leaving.cols());
+      curve.block(3 * detour.joint, length - count, 3, count) +=
+          scaled(detour, detour.leaving.rightCols(count));
+    }
+    return curve;
   }
 
   MatrixXd between_own_ends(const Source& source, int length) {
@@ -174,7 +198,8 @@ class TextonSequence {
   double variation_;
   TextonSynthesizer synthesizer_;
   base::Rng rng_;
-  MatrixXd first_;  // d x 2: offsets of the next texton's first two frames
+  MatrixXd first_;                    // d x 2: offsets of the next texton's first two frames
+  std::vector<JointDetour> detours_;  // on which joints come into the next texton
 };
 
 /// Observations that come in pieces, on the rig: each piece's root goes on from the last.
@@ -414,7 +439,7 @@ class TextureMotion::Impl {
     const int entered = walk_.entered();
     const TextonChange change = walk_.next();
     const MatrixXd y = sequence_.until({texton, entered, change.leave + 2}, change.leave - entered,
-                                       change.enter, change.meeting);
+                                       change.enter, change.meeting, change.detours);
     parts_.push_back({texton, made_, made_ + y.cols(), change.jump});
     made_ += y.cols();
     motion::Clip clip = player_.play(y);

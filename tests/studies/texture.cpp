@@ -2,12 +2,14 @@
 //
 //   texture_study FOLDER HELD,OUT,TAKES THRESHOLD|auto [FILE.texture]
 //   texture_study FOLDER --one TAKE,..|all|variations THRESHOLD|auto
+//   texture_study --walk FILE.texture SEED,..
 //
 // Learns all takes of FOLDER but the held-out ones at 60 Hz (or reads FILE, if it is there, and
 // else writes it), then prints, for the held-out takes: one-step prediction beside constant
 // velocity, and gaps of 5, 15, 30 and 45 frames filled in beside linear interpolation and slerp, by
 // the LaFAN1 benchmark's L2P (here metres on the standard body, not divided by its data's
-// deviations) and L2Q.
+// deviations) and L2Q. --one makes a minute of one take and tells how varied and faithful it is;
+// --walk one of all takes and tells whether it jerks more than they do.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -325,7 +327,57 @@ void one_clip(const studies::Take& take, const std::string& threshold,
   std::fflush(stdout);
 }
 
+// ---- a walk over all takes ----
+
+/// The largest jerk that a texton was captured with, m/s^3.
+double captured_jerk(const texture::MotionTexture& texture, int texton) {
+  double largest = 0.0;
+  for (const texture::Segment& one : texture.segments) {
+    if (one.texton != texton) continue;
+    const motion::Clip clip = texture::play_observations(
+        texture, texture.observations.middleCols(one.begin, one.length), {.hold_feet = false});
+    largest = std::max(
+        largest, motion::measure_quality(clip, texture.rig.humanoid, *texture.rig.floor).jerk_m_s3);
+  }
+  return largest;
+}
+
+/// How much of a minute's jerk is that of the captures it walks through.
+void walk(const texture::MotionTexture& texture, std::uint64_t seed) {
+  texture::TextureMotion motion(texture, {.seed = seed});
+  const texture::TextureClip made = motion.next(3600);
+  const auto jerk_of = [&](const motion::Clip& clip) {
+    return motion::measure_quality(clip, texture.rig.humanoid, *texture.rig.floor).jerk_m_s3;
+  };
+  double captured = 0.0;
+  std::string worst;
+  double worst_ratio = 0.0;
+  for (const texture::TextonPart& part : made.parts) {
+    const auto begin = static_cast<int>(part.begin);
+    const int end = std::min(made.clip.frame_count(), static_cast<int>(part.end));
+    if (end - begin < 30) continue;
+    const double own = captured_jerk(texture, part.texton);
+    const double here = jerk_of(made.clip.slice(begin, end));
+    captured += own * own * (end - begin);
+    if (here / own <= worst_ratio) continue;
+    worst_ratio = here / own;
+    char text[120];
+    std::snprintf(text, sizeof text, "texton %d at frame %d: %.0f, captured %.0f", part.texton,
+                  begin, here, own);
+    worst = text;
+  }
+  std::printf(
+      "walk, seed %d: jerk %.0f m/s^3, that of its textons as captured %.0f; most above: %s\n",
+      static_cast<int>(seed), jerk_of(made.clip), std::sqrt(captured / made.clip.frame_count()),
+      worst.c_str());
+}
+
 int study(const std::vector<std::string>& arguments) {
+  if (arguments[0] == "--walk") {
+    const texture::MotionTexture texture = learnt_or_read({}, {}, "", arguments[1]);
+    for (const std::string& seed : studies::split(arguments[2])) walk(texture, std::stoull(seed));
+    return 0;
+  }
   const std::vector<studies::Take> takes = studies::read_takes(arguments[0], "{content}_{take}");
   if (arguments[1] == "--one") {
     for (const studies::Take& take : takes) {
@@ -347,7 +399,9 @@ int study(const std::vector<std::string>& arguments) {
     const motion::Clip clip = motion::resample(take.capture.clip, kRateHz);
     unseen.emplace_back(
         take.name,
-        texture::observe(texture.space, motion::to_pose_matrix(clip, take.capture.humanoid)));
+        texture::observe(texture.space,
+                         texture::standing_on_floor(
+                             texture.rig, motion::to_pose_matrix(clip, take.capture.humanoid))));
   }
   std::printf("one step, rms of an observation row:\n");
   const texture::GapInfill infill(texture);

@@ -54,6 +54,29 @@ TEST(LearnTexture, KeepsTakesRigAndObservations) {
   EXPECT_EQ(texture.transition_counts.rows(), texture.texton_count());
 }
 
+/// The same capture with its floor elsewhere.
+TextureSource raised(TextureSource source, double by_m) {
+  const motion::Clip& clip = source.capture.clip;
+  Eigen::Matrix3Xd roots = clip.root_positions();
+  roots.row(1).array() += by_m;
+  std::vector<Eigen::Quaterniond> rotations;
+  for (int f = 0; f < clip.frame_count(); ++f) {
+    rotations.insert(rotations.end(), clip.rotations(f).begin(), clip.rotations(f).end());
+  }
+  source.capture.clip = {clip.shared_skeleton(), clip.frame_rate_hz(), roots, rotations};
+  return source;
+}
+
+TEST(LearnTexture, PutsAllTakesOnOneFloor) {
+  const TextureSource walk = embedded("phrase_walk_p01");
+  const std::vector<TextureSource> sources = {walk, raised(walk, 0.05)};
+  const MotionTexture texture = learn_texture(sources, quick()).texture;
+  const MatrixXd height = texture.observations.row(motion::kAngleRowCount);
+  const Eigen::Index frames = texture.takes[0].length;
+  // 5 cm would be 0.06 leg lengths; contacts found at other heights move the floor by hairs.
+  EXPECT_LT((height.rightCols(frames) - height.leftCols(frames)).cwiseAbs().maxCoeff(), 0.002);
+}
+
 TEST(LearnTexture, OtherRatesAreBroughtToTheOneAskedFor) {
   TextureSource fast = embedded("phrase_walk_p02");
   fast.capture.clip = motion::resample(fast.capture.clip, 120.0);

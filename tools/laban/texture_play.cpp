@@ -28,9 +28,11 @@ const PoseReader::Poses& PoseReader::read(const std::string& path) {
   const CapturedClip clip = read_captured_clip(path, reading_, common_);
   records_.push_back(clip.record);
   return clips_
-      .emplace(path, Poses{motion::to_pose_matrix(clip.capture.clip, clip.capture.humanoid),
-                           motion::planar_start(clip.capture.clip, clip.capture.humanoid),
-                           clip.first_frame()})
+      .emplace(
+          path,
+          Poses{texture::standing_on_floor(
+                    texture_.rig, motion::to_pose_matrix(clip.capture.clip, clip.capture.humanoid)),
+                motion::planar_start(clip.capture.clip, clip.capture.humanoid), clip.first_frame()})
       .first->second;
 }
 

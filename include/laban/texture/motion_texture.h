@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include "laban/motion/pose_matrix.h"
 #include "laban/motion/stored_rig.h"
 #include "laban/texture/linear_dynamics.h"
 #include "laban/texture/observation_space.h"
@@ -44,6 +45,11 @@ struct Take {
 
 /// The body that a texture's motion is played on: that of the first capture.
 using TextureRig = motion::StoredRig;
+
+/// The same poses raised or lowered so that, on the rig, they stand on its floor: captures put
+/// their floor off by centimetres, and motion put together from several would float here and sink
+/// there. As they are if nothing stands in them, or the rig's floor is not known.
+[[nodiscard]] motion::PoseMatrix standing_on_floor(const TextureRig& rig, motion::PoseMatrix pose);
 
 /// What hours of capture teach [Li02]: textons, which follows which, and the motion itself.
 ///

@@ -11,6 +11,14 @@
 
 namespace laban::texture {
 
+/// How one joint is turned, about its own axes, on top of going to where two motions meet and on
+/// from there, so that it gets there by what it was seen to do.
+struct JointDetour {
+  int joint = 0;
+  Eigen::Matrix3Xd leaving;   ///< radians, of the last frames, up to the second that meets
+  Eigen::Matrix3Xd entering;  ///< of the first frames, from the first that meets
+};
+
 /// From one texton to the next: frames `leave` and `leave` + 1 of the corpus, near the end of
 /// segment `leaving`, become frames `enter` and `enter` + 1, near the beginning of `entering`.
 struct TextonChange {
@@ -18,10 +26,11 @@ struct TextonChange {
   int entering = 0;
   int leave = 0;
   int enter = 0;
-  /// What the two frames are where they meet, d x 2 observations: halfway between the two places,
-  /// or, for a joint that would so be led far from all that it was seen to do, a pose that it was
-  /// seen in.
+  /// What the two frames are where they meet, d x 2 observations, but for joints that make a
+  /// detour: halfway between the two places.
   Eigen::MatrixXd meeting;
+  /// Joints that would so be led far from all that they were seen to do.
+  std::vector<JointDetour> detours;
   bool jump = false;  ///< nothing in the captures goes from the one texton to the other
 
   /// Whether the capture itself went on so: there is nothing to join.

@@ -53,10 +53,11 @@ struct TextureClip {
 /// segments, whose innovations drive it ([Li02, 5.2] with ends of its own); what is drawn anew is
 /// lowered where it would turn a joint by more than 4 degrees. Where the walk leaves the capture
 /// for another place, the two textons meet halfway: rotations that come and go over up to 1.25
-/// seconds on either side lead there, joint by joint the shorter way, so that poses and velocities
-/// are continuous. Feet are held as far as that turns no joint by more than 7 degrees. So no joint
-/// gets far from what it was seen to do, if the captures have poses that are near each other.
-/// Memory does not grow with the frames that have passed.
+/// seconds on either side lead there, joint by joint the shorter way or, where that leads far from
+/// all that was seen of a joint, the way round, so that poses and velocities are continuous. Feet
+/// are held as far as that turns no joint by more than 7 degrees. So no joint gets far from what it
+/// was seen to do, if the captures have poses that are near each other. Memory does not grow with
+/// the frames that have passed.
 class TextureMotion {
  public:
   /// @param texture  must outlive this.
