@@ -154,8 +154,8 @@ struct JoinedClips {
 };
 
 /// Sews the end of one clip to the beginning of another: the same seam between two different clips.
-/// The second is brought to the first one's rate and, where skeletons differ, to its rig, and lifted
-/// or lowered so that it stands on the floor of the first.
+/// The second is brought to the first one's rate and, where skeletons differ, to its rig, and
+/// lifted or lowered so that it stands on the floor of the first.
 /// @throws Error{kUsage} if `options` has problems; Error{kData} if a clip has fewer than 8 frames.
 [[nodiscard]] JoinedClips join_clips(const motion::Capture& first, const motion::Capture& second,
                                      const LoopOptions& options = {});
