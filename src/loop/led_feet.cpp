@@ -73,6 +73,13 @@ SewnSeam led(const SeamTask& task, const SeamCandidate& candidate, double pull_p
   return with;
 }
 
+/// The seam with nothing to hold its feet by: they go where they are blended and led.
+SewnSeam let_go(SewnSeam seam) {
+  for (int t = 0; t < seam.found.frames; ++t)
+    seam.frames[static_cast<std::size_t>(t)].contacts.setZero();
+  return seam;
+}
+
 /// Standard joints as seen from the body, above the ground and in its heading, all below one
 /// another.
 Eigen::VectorXf from_the_body(const BodyRows& rows, const BodyFrame& frame) {
@@ -204,11 +211,17 @@ void lead_feet(const SeamTask& task, const SeamJudge& judge, const JoinWindowOpt
   // As long as asked for, half of it, and over the whole overlap, in which feet that stand at
   // different places drift instead of being led.
   const int longest = candidate.seam.found.frames - 2;
-  for (const int blend : {options.blend_frames, std::max(2, options.blend_frames / 2), longest}) {
-    if (blend != options.blend_frames) sew_again(task, options, blend, candidate);
-    consider(candidate.seam);
-    for (const double pull_per_s : kPullsPerS) consider(led(task, candidate, pull_per_s));
-  }
+  int sewn = options.blend_frames;
+  const auto consider_all = [&](const auto& as) {
+    for (const int blend : {options.blend_frames, std::max(2, options.blend_frames / 2), longest}) {
+      if (blend != sewn) sew_again(task, options, blend, candidate);
+      sewn = blend;
+      consider(as(candidate.seam));
+      for (const double pull_per_s : kPullsPerS) consider(as(led(task, candidate, pull_per_s)));
+    }
+  };
+  consider_all([](SewnSeam seam) { return seam; });
+  if (task.holds_feet && least > kBetter) consider_all(let_go);
   candidate.seam = std::move(*best);
 }
 

@@ -51,7 +51,9 @@ class SeamJudge {
 /// whole overlap drifts. Skate and distance to the captures are each weighed in what a plain
 /// cross-fade of the same frames has, and the worse of the two counts, so that neither is bought
 /// with the other; among those better in both, skate is weighed in that of the fade with its feet
-/// held. Where some are within the captures' rates those go before, else the least quick.
+/// held. Only where none is better than the fade are feet that are not held in the overlap tried:
+/// they slide more and stay nearer to the captures. Where some are within the captures' rates those
+/// go before, else the least quick.
 void lead_feet(const SeamTask& task, const SeamJudge& judge, const JoinWindowOptions& options,
                SeamCandidate& candidate);
 
