@@ -554,15 +554,22 @@ class TextonWalk::Impl {
       rotation = rotation * math::exp(earlier.col(f));
     }
     const Matrix3Xd curve = joint_curve(after, entering);
-    add(found, joint, way.enter + after, curve.rightCols(after - 2));
+    add(found, joint, way.enter + after, curve.rightCols(std::max(0, after - 2)));
     return found;
   }
 
+  /// As many offsets as `length`. Where there is no time to ease, those of the end that is joined
+  /// hold all along.
   [[nodiscard]] Matrix3Xd joint_curve(int length, const Eigen::Matrix<double, 3, 4>& ends) const {
-    if (length < kFewestConstrained) {
-      return ends.leftCols(2).isZero() ? ends.rightCols(2) : ends.leftCols(2);
+    if (length >= kFewestConstrained)
+      return joint_offset_curve(texture_.frame_rate_hz, length, ends);
+    const bool joins_at_end = ends.leftCols(2).isZero();
+    Matrix3Xd held(3, std::max(0, length));
+    for (Index f = 0; f < held.cols(); ++f) {
+      held.col(f) = joins_at_end ? ends.col(std::clamp<Index>(f - held.cols() + 4, 2, 3))
+                                 : ends.col(std::min<Index>(f, 1));
     }
-    return joint_offset_curve(texture_.frame_rate_hz, length, ends);
+    return held;
   }
 
   /// Adds the frames before `end`, as many as there are offsets.
