@@ -8,7 +8,7 @@
 namespace laban::transfer {
 
 /// Blends that are played and measured for one target, where not said otherwise.
-inline constexpr int kTries = 6;
+inline constexpr int kTries = 5;
 
 /// A blend that was chosen for what it measures.
 struct ChosenBlend {
