@@ -45,8 +45,25 @@ StyledPiece piece_of(const StyleModel& model, const InputSnippet& own, PlayedCho
   return piece;
 }
 
+/// The blend that is set by hand for a snippet; null: none.
+const BlendByHand* by_hand(const ApplyOptions& options, int snippet) {
+  for (const BlendByHand& blend : options.by_hand)
+    if (blend.snippet == snippet) return &blend;
+  return nullptr;
+}
+
+void require_snippets(const SegmentedInput& segmented, const ApplyOptions& options) {
+  const auto count = static_cast<int>(segmented.snippets.size());
+  for (const BlendByHand& blend : options.by_hand) {
+    if (blend.snippet >= 0 && blend.snippet < count) continue;
+    throw Error(ErrorKind::kUsage, "a blend by hand: there is no snippet " +
+                                       std::to_string(blend.snippet) + "; the input has " +
+                                       std::to_string(count) + ", from 0 on");
+  }
+}
+
 Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget& asked,
-                 const ApplyOptions& options) {
+                 const BlendByHand* set, const ApplyOptions& options) {
   const StyleModel& model = memory.model();
   Restyled restyled;
   AppliedSnippet& report = restyled.report;
@@ -56,7 +73,7 @@ Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget
   report.content = own.content;
   report.match_cost = own.match_cost;
   report.match_threshold = own.match_threshold;
-  report.kept = !own.matches() || asked.is_free();
+  report.kept = set == nullptr && (!own.matches() || asked.is_free());
   report.asked = asked;
   report.before = own.before;
   if (report.kept) {
@@ -66,8 +83,11 @@ Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget
     return restyled;
   }
   report.own_share = 1.0 - options.strength;
-  ChosenBlend chosen = choose_blend(memory, own.fragment, asked, options.search, options.tries,
-                                    options.fastest_play);
+  ChosenBlend chosen = set == nullptr
+                           ? choose_blend(memory, own.fragment, asked, options.search,
+                                          options.tries, options.fastest_play)
+                           : blend_by_hand(memory, own.fragment, set->fragment_i, set->fragment_j,
+                                           set->alpha, asked, options.search, options.fastest_play);
   report.choice = std::move(chosen.choice);
   report.measured = chosen.measured;
   restyled.piece = piece_of(model, own, std::move(chosen.played), options);
@@ -108,6 +128,14 @@ std::vector<std::string> ApplyOptions::problems() const {
   }
   if (tries < 1)
     found.push_back("ApplyOptions::tries = " + std::to_string(tries) + " (must be >= 1)");
+  for (std::size_t n = 0; n < by_hand.size(); ++n) {
+    for (std::size_t m = 0; m < n; ++m) {
+      if (by_hand[m].snippet == by_hand[n].snippet) {
+        found.push_back("ApplyOptions::by_hand sets snippet " + std::to_string(by_hand[n].snippet) +
+                        " twice");
+      }
+    }
+  }
   if (!(strength >= 0.0 && strength <= 1.0)) {
     found.push_back("ApplyOptions::strength = " + std::to_string(strength) +
                     " (must be in [0, 1])");
@@ -120,6 +148,7 @@ AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const 
   base::require_none(asked.problems());
   base::require_none(options.problems());
   if (options.strict) require_matches(memory.model(), segmented);
+  require_snippets(segmented, options);
   AppliedStyle applied;
   applied.keeps_timing = options.keep_timing;
   std::vector<motion::PoseMatrix> parts;
@@ -129,7 +158,8 @@ AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const 
   for (const InputSnippet& own : segmented.snippets) {
     const EffortTarget target =
         asked.of_snippet(own.begin / rate_hz, own.end - own.begin, rate_hz, own.before.effort);
-    Restyled restyled = restyle(memory, own, target, options);
+    const auto snippet = static_cast<int>(applied.snippets.size());
+    Restyled restyled = restyle(memory, own, target, by_hand(options, snippet), options);
     restyled.report.output_begin = frame;
     frame += restyled.piece.pose.frame_count();
     restyled.report.output_end = frame;

@@ -50,7 +50,8 @@ std::vector<std::string> AskedEffort::problems() const {
     }
     absolute.factors[f] = 0.0;
   }
-  if (curve) absolute.factors[0] = 0.0;  // the curve asks
+  // The curve asks, or nobody has to.
+  if (curve || (may_ask_nothing && absolute.is_free())) absolute.factors[0] = 0.0;
   const std::vector<std::string> rest = absolute.problems();
   found.insert(found.end(), rest.begin(), rest.end());
   return found;

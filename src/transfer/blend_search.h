@@ -38,14 +38,6 @@ class BlendCost {
   double caution_ = 0.0;         ///< square root
 };
 
-/// The best of some blends of two.
-struct FoundBlend {
-  Eigen::Index candidate = 0;  ///< column of z
-  double alpha = 0.0;
-  effort::EffortVector predicted;
-  double cost = 0.0;
-};
-
 /// Between which blend weights a search looks.
 struct AlphaRange {
   double low = blend::kMinAlpha;
@@ -67,6 +59,13 @@ struct AlphaRange {
                                                    const EffortTarget& target,
                                                    const SearchOptions& options,
                                                    Reachable& reachable);
+
+/// The candidates whose best samples cost least, each refined as find_blend refines the best of
+/// all, from the least cost on; at most `count`.
+[[nodiscard]] std::vector<FoundBlend> rank_blends(const StyleModel& model,
+                                                  const SampledBlends& sampled,
+                                                  const EffortTarget& target,
+                                                  const SearchOptions& options, int count);
 
 /// Blends further neighbours into a pair, up to `options.way` fragments (see search_blend).
 /// @returns the pair itself if none brings it nearer to the target by kLeastGain.

@@ -28,6 +28,15 @@ void move(EffortTarget& moved, const EffortTarget& target, const effort::Effort&
   }
 }
 
+ChosenBlend played(PlayMemory& memory, int fragment, BlendChoice choice, double fastest_play) {
+  const StyleModel& model = memory.model();
+  PlayedChoice motion = play_choice(memory, choice, fastest_play);
+  const effort::Observation measured =
+      effort::observe(effort::describe(motion.pose), model.observer,
+                      model.fragments[static_cast<std::size_t>(fragment)].content);
+  return {std::move(choice), std::move(motion), measured};
+}
+
 }  // namespace
 
 ChosenBlend choose_blend(PlayMemory& memory, int fragment, const EffortTarget& target,
@@ -35,11 +44,7 @@ ChosenBlend choose_blend(PlayMemory& memory, int fragment, const EffortTarget& t
   const StyleModel& model = memory.model();
   const BlendSearch& search = memory.search(fragment, options);
   const auto play = [&](BlendChoice choice) {
-    PlayedChoice played = play_choice(memory, choice, fastest_play);
-    effort::Observation measured =
-        effort::observe(effort::describe(played.pose), model.observer,
-                        model.fragments[static_cast<std::size_t>(fragment)].content);
-    return ChosenBlend{std::move(choice), std::move(played), measured};
+    return played(memory, fragment, std::move(choice), fastest_play);
   };
   ChosenBlend best = play(search.best(target));
   if (!model.labels_measured) return best;
@@ -68,6 +73,14 @@ ChosenBlend choose_blend(PlayMemory& memory, int fragment, const EffortTarget& t
   best.choice.distance =
       target.distance_to(effort::to_vector(best.choice.predicted, model.regressor.factor_count()));
   return best;
+}
+
+ChosenBlend blend_by_hand(PlayMemory& memory, int fragment, int fragment_i, int fragment_j,
+                          double alpha, const EffortTarget& target, const SearchOptions& options,
+                          double fastest_play) {
+  const BlendSearch& search = memory.search(fragment, options);
+  return played(memory, fragment, search.of_pair(fragment_i, fragment_j, alpha, target),
+                fastest_play);
 }
 
 }  // namespace laban::transfer

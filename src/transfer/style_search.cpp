@@ -27,6 +27,31 @@ void require_known(const StyleModel& model, const EffortTarget& target) {
   }
 }
 
+/// @throws Error{kUsage} unless the two may be blended in place of `fragment` at that weight.
+void require_pair(const StyleModel& model, int fragment, int i, int j, double alpha) {
+  const auto refuse = [](const std::string& why) {
+    throw Error(ErrorKind::kUsage, "a blend by hand: " + why);
+  };
+  const auto count = static_cast<int>(model.fragments.size());
+  for (const int known : {i, j}) {
+    if (known < 0 || known >= count) refuse("there is no fragment " + std::to_string(known));
+    const Fragment& shown = model.fragments[static_cast<std::size_t>(known)];
+    const Fragment& wanted = model.fragments[static_cast<std::size_t>(fragment)];
+    if (shown.content != wanted.content) {
+      refuse("'" + shown.name + "' shows '" + shown.content + "' where '" + wanted.content +
+             "' is done");
+    }
+  }
+  const auto frames = [&](int known) {
+    return model.fragments[static_cast<std::size_t>(known)].pose.frame_count();
+  };
+  if (!align::blendable(frames(i), frames(j)))
+    refuse("the lengths of its fragments differ too much to be blended");
+  if (!(alpha >= blend::kMinAlpha && alpha <= blend::kMaxAlpha))
+    refuse("alpha " + std::to_string(alpha) + " must be in [-0.25, 1.25]");
+  if (i == j && alpha != 0.0) refuse("alpha of a fragment by itself must be 0");
+}
+
 /// z of a pair at alpha 0.
 Eigen::VectorXd features_of(const StyleModel& model, int fragment_i, int fragment_j) {
   const auto i = static_cast<std::size_t>(fragment_i);
@@ -211,11 +236,32 @@ SampledBlends sample_blends(const StyleModel& model, Eigen::MatrixXd z, int samp
   return sampled;
 }
 
+namespace {
+
+/// All candidates at their samples.
+std::vector<Candidate> candidates_of(const SampledBlends& sampled, const BlendCost& cost) {
+  const Eigen::Index samples = std::ssize(sampled.alphas);
+  std::vector<Candidate> candidates;
+  for (Eigen::Index p = 0; p < sampled.features.cols(); ++p) {
+    candidates.push_back(
+        candidate_of(p, sampled.curves.middleCols(p * samples, samples), sampled.errors, cost));
+  }
+  return candidates;
+}
+
+/// Sorts candidates by one of their figures; equals stay in order.
+template <typename Figure>
+void sort_by(std::vector<Candidate>& candidates, const Figure& figure) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [&](const Candidate& a, const Candidate& b) { return figure(a) < figure(b); });
+}
+
+}  // namespace
+
 std::optional<FoundBlend> find_blend(const StyleModel& model, const SampledBlends& sampled,
                                      const EffortTarget& target, const SearchOptions& options,
                                      Reachable& reachable) {
-  const Eigen::Index count = sampled.features.cols();
-  if (count == 0) return std::nullopt;
+  if (sampled.features.cols() == 0) return std::nullopt;
   const BlendCost cost(target, options, model.regressor.factor_count());
   const std::vector<double>& alphas = sampled.alphas;
   const Eigen::Index samples = std::ssize(alphas);
@@ -223,11 +269,8 @@ std::optional<FoundBlend> find_blend(const StyleModel& model, const SampledBlend
     return sampled.curves.middleCols(p * samples, samples);
   };
   for (Eigen::Index c = 0; c < sampled.curves.cols(); ++c) extend(reachable, sampled.curves.col(c));
-  std::vector<Candidate> candidates;
-  for (Eigen::Index p = 0; p < count; ++p)
-    candidates.push_back(candidate_of(p, curve_of(p), sampled.errors, cost));
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.hope < b.hope; });
+  std::vector<Candidate> candidates = candidates_of(sampled, cost);
+  sort_by(candidates, [](const Candidate& candidate) { return candidate.hope; });
   // Which candidate is best is told by the curves between samples; it is then looked for where it
   // lies by the regressor itself.
   const double per_sample = (alphas.back() - alphas.front()) / static_cast<double>(samples - 1);
@@ -252,8 +295,27 @@ std::optional<FoundBlend> find_blend(const StyleModel& model, const SampledBlend
   return found;
 }
 
+std::vector<FoundBlend> rank_blends(const StyleModel& model, const SampledBlends& sampled,
+                                    const EffortTarget& target, const SearchOptions& options,
+                                    int count) {
+  const BlendCost cost(target, options, model.regressor.factor_count());
+  std::vector<Candidate> candidates = candidates_of(sampled, cost);
+  sort_by(candidates, [](const Candidate& candidate) {
+    return *std::min_element(candidate.costs.begin(), candidate.costs.end());
+  });
+  candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(count)));
+  std::vector<FoundBlend> ranked;
+  for (const Candidate& candidate : candidates) {
+    ranked.push_back(refined(model, sampled.features.col(candidate.index), sampled.alphas,
+                             candidate, cost, options));
+  }
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const FoundBlend& a, const FoundBlend& b) { return a.cost < b.cost; });
+  return ranked;
+}
+
 BlendSearch::BlendSearch(const StyleModel& model, int fragment, const SearchOptions& options)
-    : model_(&model), options_(options) {
+    : model_(&model), fragment_(fragment), options_(options) {
   base::require_none(options.problems());
   if (fragment < 0 || fragment >= static_cast<int>(model.fragments.size())) {
     throw Error(ErrorKind::kUsage,
@@ -295,17 +357,7 @@ BlendChoice BlendSearch::best(const EffortTarget& target) const {
     }
   }
   if (const auto found = find_blend(*model_, sampled_, target, options_, reachable)) {
-    Eigen::VectorXd features = sampled_.features.col(found->candidate);
-    features[features.size() - 1] = found->alpha;
-    const Pair& pair = pairs_[static_cast<std::size_t>(found->candidate)];
-    BlendChoice blend{pair.i,
-                      pair.j,
-                      found->alpha,
-                      effort::to_effort(found->predicted),
-                      target.distance_to(found->predicted),
-                      {},
-                      {},
-                      std::move(features)};
+    BlendChoice blend = of_found(*found, target);
     const double nearest = std::min(best.distance, blend.distance);
     BlendChoice more;
     if (options_.way > 2 && nearest > kMissedBy)
@@ -318,6 +370,64 @@ BlendChoice BlendSearch::best(const EffortTarget& target) const {
   }
   best.reachable = reachable;
   return best;
+}
+
+BlendChoice BlendSearch::of_found(const FoundBlend& found, const EffortTarget& target) const {
+  Eigen::VectorXd features = sampled_.features.col(found.candidate);
+  features[features.size() - 1] = found.alpha;
+  const Pair& pair = pairs_[static_cast<std::size_t>(found.candidate)];
+  return {pair.i,
+          pair.j,
+          found.alpha,
+          effort::to_effort(found.predicted),
+          target.distance_to(found.predicted),
+          {},
+          {},
+          std::move(features)};
+}
+
+std::vector<FactorRange> BlendSearch::reachable() const {
+  const int factors = model_->regressor.factor_count();
+  Reachable reachable(static_cast<std::size_t>(factors), {math::kInfinity, -math::kInfinity});
+  for (const int k : neighbors_) {
+    const auto& label = model_->fragments[static_cast<std::size_t>(k)].effort;
+    extend(reachable, effort::to_vector(*label, factors));
+  }
+  for (Eigen::Index c = 0; c < sampled_.curves.cols(); ++c)
+    extend(reachable, sampled_.curves.col(c));
+  return reachable;
+}
+
+std::vector<BlendChoice> BlendSearch::nearest_pairs(const EffortTarget& target, int count) const {
+  base::require_none(target.problems());
+  require_known(*model_, target);
+  const Reachable range = reachable();
+  std::vector<BlendChoice> choices;
+  for (const FoundBlend& found : rank_blends(*model_, sampled_, target, options_, count)) {
+    choices.push_back(of_found(found, target));
+    choices.back().reachable = range;
+  }
+  return choices;
+}
+
+BlendChoice BlendSearch::of_pair(int fragment_i, int fragment_j, double alpha,
+                                 const EffortTarget& target) const {
+  require_pair(*model_, fragment_, fragment_i, fragment_j, alpha);
+  const int factors = model_->regressor.factor_count();
+  BlendChoice choice{fragment_i, fragment_j, alpha, {}, 0.0, reachable(), {}, {}};
+  effort::EffortVector predicted;
+  if (choice.is_seed()) {
+    const auto& label = model_->fragments[static_cast<std::size_t>(fragment_i)].effort;
+    predicted = effort::to_vector(*label, factors);
+  } else {
+    choice.features = features_of(*model_, fragment_i, fragment_j);
+    choice.features[choice.features.size() - 1] = alpha;
+    effort::StyleScratch scratch;
+    predicted = model_->regressor.predict(choice.features, scratch).col(0);
+  }
+  choice.predicted = effort::to_effort(predicted);
+  choice.distance = target.distance_to(predicted);
+  return choice;
 }
 
 BlendChoice search_blend(const StyleModel& model, int fragment, const EffortTarget& target,

@@ -91,6 +91,55 @@ TEST(ApplyStyle, WhatMatchesNoContentIsKeptAndReportedOrRefused) {
               ::testing::HasSubstr("match no content of the model, which knows: swing, circle"));
 }
 
+TEST(ApplyStyle, PlaysWhatIsSetByHandAndSearchesTheRest) {
+  const StyleModel& model = test::toy_model();
+  const motion::PoseMatrix input = two_actions();
+  const AppliedStyle searched = apply_style(model, input, strong());
+  const AppliedSnippet& last = searched.snippets.back();
+  const auto& neighbors = model.neighbors[static_cast<std::size_t>(last.fragment)];
+  ApplyOptions options;
+  options.by_hand = {
+      {static_cast<int>(searched.snippets.size()) - 1, neighbors[1], neighbors[2], 0.3}};
+  const AppliedStyle set = apply_style(model, input, strong(), options);
+  const BlendChoice& choice = set.snippets.back().choice;
+  EXPECT_EQ(choice.fragment_i, neighbors[1]);
+  EXPECT_EQ(choice.fragment_j, neighbors[2]);
+  EXPECT_EQ(choice.alpha, 0.3);
+  EXPECT_EQ(set.snippets.front().choice.fragment_i, searched.snippets.front().choice.fragment_i);
+  EXPECT_EQ(set.snippets.front().choice.alpha, searched.snippets.front().choice.alpha);
+
+  // What the search chose, set by hand, is the same motion.
+  options.by_hand = {{static_cast<int>(searched.snippets.size()) - 1, last.choice.fragment_i,
+                      last.choice.fragment_j, last.choice.alpha}};
+  const AppliedStyle again = apply_style(model, input, strong(), options);
+  EXPECT_EQ(again.pose.angles, searched.pose.angles);
+}
+
+TEST(ApplyStyle, NothingIsAskedButOfWhatIsSetByHand) {
+  const StyleModel& model = test::toy_model();
+  const SegmentedInput segmented = segment_input(model, two_actions());
+  AskedEffort nothing;
+  nothing.may_ask_nothing = true;
+  const AppliedStyle kept = restyle(model, segmented, nothing);
+  for (const AppliedSnippet& snippet : kept.snippets) EXPECT_TRUE(snippet.kept);
+  const int fragment = segmented.snippets.front().fragment;
+  ApplyOptions options;
+  options.by_hand = {{0, fragment, fragment, 0.0}};
+  const AppliedStyle set = restyle(model, segmented, nothing, options);
+  EXPECT_FALSE(set.snippets.front().kept);
+  EXPECT_TRUE(set.snippets.back().kept);
+}
+
+TEST(ApplyStyle, RefusesSnippetsThatAreNotThereAndOnesSetTwice) {
+  const SegmentedInput segmented = segment_input(test::toy_model(), two_actions());
+  AskedEffort asked{strong()};
+  ApplyOptions options;
+  options.by_hand = {{99, 0, 0, 0.0}};
+  EXPECT_THROW((void)restyle(test::toy_model(), segmented, asked, options), base::Error);
+  options.by_hand = {{0, 0, 0, 0.0}, {0, 1, 1, 0.0}};
+  EXPECT_THAT(options.problems(), ::testing::ElementsAre(::testing::HasSubstr("snippet 0 twice")));
+}
+
 TEST(ApplyStyle, TooFewFramesAreRefusedByNumber) {
   EXPECT_THAT(
       message_of(test::toy_clip(false, 1.0, 1.0, 0.0).slice(0, 10)),

@@ -42,6 +42,60 @@ TEST(SearchBlend, IsAsGoodAsADenseScanOfAllPairs) {
   }
 }
 
+TEST(BlendSearch, NearestPairsBeginWithTheBestAndGrowWorse) {
+  const StyleModel& model = test::toy_model();
+  const EffortTarget target{{std::nullopt, 0.9, -0.3}, {1.0, 1.0, 1.0, 1.0}};
+  const BlendSearch search(model, 1, kPapers);
+  const std::vector<BlendChoice> ranked = search.nearest_pairs(target, 8);
+  ASSERT_EQ(ranked.size(), 8U);
+  for (std::size_t n = 0; n < ranked.size(); ++n) {
+    const BlendChoice& choice = ranked[n];
+    EXPECT_FALSE(choice.is_seed());
+    const auto e = predict(model, choice.fragment_i, choice.fragment_j, choice.alpha);
+    EXPECT_NEAR(choice.distance, target.distance_to(e), 1e-9);
+    if (n > 0) EXPECT_GE(choice.distance, ranked[n - 1].distance - 1e-9);
+    for (std::size_t m = 0; m < n; ++m) {
+      EXPECT_FALSE(choice.fragment_i == ranked[m].fragment_i &&
+                   choice.fragment_j == ranked[m].fragment_j);
+    }
+  }
+  const BlendChoice best = search.best(target);
+  if (!best.is_seed()) EXPECT_LE(best.distance, ranked.front().distance + 1e-9);
+  EXPECT_LT(search.nearest_pairs(target, 100000).size(), 100000U);
+}
+
+TEST(BlendSearch, OfPairReportsABlendAsTheSearchDoes) {
+  const StyleModel& model = test::toy_model();
+  const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 2.0, 1.0, 1.0}};
+  const BlendSearch search(model, 8, kPapers);
+  const BlendChoice found = search.best(target);
+  ASSERT_FALSE(found.is_seed());
+  const BlendChoice set = search.of_pair(found.fragment_i, found.fragment_j, found.alpha, target);
+  EXPECT_NEAR(set.distance, found.distance, 1e-9);
+  EXPECT_LT((set.features - found.features).norm(), 1e-12);
+  const BlendChoice seed = search.of_pair(found.fragment_i, found.fragment_i, 0.0, target);
+  EXPECT_TRUE(seed.is_seed());
+  EXPECT_EQ(seed.predicted.weight,
+            model.fragments[static_cast<std::size_t>(found.fragment_i)].effort->weight);
+}
+
+TEST(BlendSearch, OfPairRefusesWhatCannotBeBlendedHere) {
+  const StyleModel& model = test::toy_model();
+  const BlendSearch search(model, 0, kPapers);
+  int other = 0;
+  while (model.fragments[static_cast<std::size_t>(other)].content == model.fragments[0].content)
+    ++other;
+  const auto refused = [&](int i, int j, double alpha) {
+    EXPECT_THROW((void)search.of_pair(i, j, alpha, {}), base::Error) << i << " " << j;
+  };
+  refused(0, 9999, 0.5);
+  refused(-1, 0, 0.5);
+  refused(0, other, 0.5);
+  refused(0, 1, 1.3);
+  refused(0, 1, std::nan(""));
+  refused(0, 0, 0.5);
+}
+
 TEST(SearchBlend, PredictionIsTheRegressorsOwnAndDistanceIsItsError) {
   const StyleModel& model = test::toy_model();
   const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 2.0, 1.0, 1.0}};

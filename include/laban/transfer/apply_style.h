@@ -25,6 +25,14 @@ enum class Detail {
 /// "replace" or "residual".
 [[nodiscard]] std::string_view name_of(Detail detail);
 
+/// A snippet's blend, chosen by hand.
+struct BlendByHand {
+  int snippet = 0;     ///< of the segmented input
+  int fragment_i = 0;  ///< of the model; equal to fragment_j: the fragment itself
+  int fragment_j = 0;
+  double alpha = 0.0;
+};
+
 struct ApplyOptions {
   align::SegmentInputOptions segmentation;
   SearchOptions search;
@@ -40,6 +48,9 @@ struct ApplyOptions {
   /// A snippet that matches no content is an error; otherwise it is kept as captured and reported.
   bool strict = false;
   Detail detail = Detail::kReplace;
+  /// Snippets for which nothing is searched: they play what is set here, whatever is asked, and
+  /// even where no content matches. No snippet twice.
+  std::vector<BlendByHand> by_hand = {};
   /// How far from the input, 0, to the full style, 1: timing, pose and root travel are mixed.
   double strength = 1.0;
   /// Each output frame shows the same moment as the input's frame of that number.
@@ -92,8 +103,9 @@ struct AppliedStyle {
 ///
 /// Of the options all but `segmentation` count. Kept as captured: snippets that match no content
 /// (unless strict), and those of which a curve asks nothing. Strength 0 gives the input back.
-/// @throws Error{kUsage} if `asked` or `options` have problems; Error{kData} if (strict) a snippet
-///         matches no content, naming it and the contents that the model knows.
+/// @throws Error{kUsage} if `asked` or `options` have problems, or a blend by hand is of a snippet
+///         that there is not or breaks a rule of BlendSearch::of_pair; Error{kData} if (strict) a
+///         snippet matches no content, naming it and the contents that the model knows.
 [[nodiscard]] AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
                                    const AskedEffort& asked, const ApplyOptions& options = {});
 /// The same again, with what earlier calls found out about the fragments: for target after target.

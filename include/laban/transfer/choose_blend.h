@@ -33,4 +33,11 @@ struct ChosenBlend {
                                        const SearchOptions& search = {}, int tries = kTries,
                                        double fastest_play = kFastestPlay);
 
+/// A blend chosen by hand (BlendSearch::of_pair), played and measured.
+/// @throws as BlendSearch::of_pair.
+[[nodiscard]] ChosenBlend blend_by_hand(PlayMemory& memory, int fragment, int fragment_i,
+                                        int fragment_j, double alpha, const EffortTarget& target,
+                                        const SearchOptions& search = {},
+                                        double fastest_play = kFastestPlay);
+
 }  // namespace laban::transfer

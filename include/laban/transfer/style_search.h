@@ -151,6 +151,14 @@ struct SampledBlends {
   effort::EffortMatrix errors;  ///< F x M, their typical standard errors
 };
 
+/// The best of some blends of two.
+struct FoundBlend {
+  Eigen::Index candidate = 0;  ///< column of z
+  double alpha = 0.0;
+  effort::EffortVector predicted;
+  double cost = 0.0;
+};
+
 /// search_blend for target after target: what does not hang on the target is found once. Immutable;
 /// safe to use from many threads.
 class BlendSearch {
@@ -162,6 +170,17 @@ class BlendSearch {
   /// @throws Error{kUsage} if the target has problems or asks Space of a model that does not know
   ///         it.
   [[nodiscard]] BlendChoice best(const EffortTarget& target) const;
+  /// What else could have been chosen: the pairs that come nearest to the target, each at its best
+  /// alpha, from the best on; at most `count`. What is lowered is as in best(), with pairs only.
+  /// @throws as best.
+  [[nodiscard]] std::vector<BlendChoice> nearest_pairs(const EffortTarget& target, int count) const;
+  /// A blend chosen by hand, reported as best() reports its own: any two fragments of this
+  /// fragment's content, neighbours or not; i and j may be equal, and alpha is then 0.
+  /// @param target  what its distance is measured to; it may ask for nothing.
+  /// @throws Error{kUsage} naming the rule if there are no such fragments, one shows another
+  ///         content, their lengths are not blendable, or alpha lies outside [-0.25, 1.25].
+  [[nodiscard]] BlendChoice of_pair(int fragment_i, int fragment_j, double alpha,
+                                    const EffortTarget& target) const;
   [[nodiscard]] const SearchOptions& options() const noexcept { return options_; }
 
  private:
@@ -170,7 +189,11 @@ class BlendSearch {
     int j = 0;
   };
 
+  [[nodiscard]] BlendChoice of_found(const FoundBlend& found, const EffortTarget& target) const;
+  [[nodiscard]] std::vector<FactorRange> reachable() const;
+
   const StyleModel* model_;
+  int fragment_;
   SearchOptions options_;
   std::vector<int> neighbors_;
   std::vector<Pair> pairs_;

@@ -1,0 +1,314 @@
+// The Effort room: sliders on one side, input and output on the stage, the snippets below.
+import {getMotion, postForFile, postJson, postMotion, type ClipInfo, type EffortState, type Lock, type Numbers,
+        type OpenedEffort, type OverTime, type SnippetChoices, type StyleReport} from "./api";
+import {button, checkbox, download, el, select} from "./dom";
+import {EffortGraph} from "./effort_graph";
+import {FactorSlider} from "./factor_slider";
+import {LIMIT, POLES} from "./factors";
+import {History} from "./history";
+import {Latest} from "./latest";
+import {LineChart} from "./line_chart";
+import {duration, type Motion} from "./motion";
+import {SnippetPanel} from "./snippet_panel";
+import {Stage, type StagedClip} from "./stage";
+import {characterOf} from "./stage_room";
+import type {Room, Studio} from "./studio";
+import {Timeline, type TimedSnippet} from "./timeline";
+
+/** Rest after which a draft is worked out in full, milliseconds. */
+const SETTLES_MS = 250;
+
+interface Task {
+  state: EffortState;
+  draft: boolean;
+}
+
+/** The mean over snippets, by their length; null where none has the figure. */
+function mean(report: StyleReport, of: (n: number) => number | null | undefined): number | null {
+  let sum = 0, weight = 0;
+  report.snippets.forEach((snippet, n) => {
+    const value = of(n);
+    if (value === null || value === undefined) return;
+    const length = snippet.output_end_frame - snippet.output_begin_frame;
+    sum += length * value;
+    weight += length;
+  });
+  return weight > 0 ? sum / weight : null;
+}
+
+export class EffortRoom implements Room {
+  readonly id = "effort";
+  readonly title = "Effort";
+  private readonly stage = new Stage();
+  private readonly graph = new EffortGraph();
+  private readonly timeline = new Timeline(n => this.choose(n));
+  private readonly overTime = new LineChart(x => this.stage.player.seek(x), 1100);
+  private readonly cautions = el("ul", {class: "cautions", "aria-live": "polite"});
+  private readonly quality = el("p", {class: "quality"});
+  private readonly undo = button("Undo", "Undo (Ctrl+Z)", () => this.history?.undo());
+  private readonly redo = button("Redo", "Redo (Ctrl+Shift+Z)", () => this.history?.redo());
+  private readonly styling = new Latest<Task>(task => this.style(task));
+  private readonly measuring = new Latest<EffortState>(state => this.studio.attempt(() => this.drawOverTime(state)));
+  private readonly choosing = new Latest<EffortState>(state => this.showSnippet(state));
+  private clip: ClipInfo | null = null;
+  private opened: OpenedEffort | null = null;
+  private history: History<EffortState> | null = null;
+  private sliders = new Map<string, FactorSlider>();
+  private panel: SnippetPanel | null = null;
+  private options: {root: HTMLElement; show: (state: EffortState) => void} | null = null;
+  private input: StagedClip | null = null;
+  private output: Motion | null = null;
+  private report: StyleReport | null = null;
+  private inputOverTime: OverTime | null = null;
+  private selected: number | null = null;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(private readonly studio: Studio) {
+    this.stage.player.onTick(time => {
+      this.timeline.at(time);
+      this.overTime.markAt(time);
+    });
+  }
+
+  async enter(host: HTMLElement): Promise<void> {
+    const {clip} = this.studio;
+    if (clip === null) {
+      host.append(el("p", {class: "hint"}, "Drop a clip (.bvh, .glb, .amc with its .asf) anywhere on the page."));
+      return;
+    }
+    if (clip.id !== this.clip?.id) await this.openClip(clip);
+    host.append(el("div", {class: "room effort-room"},
+      el("div", {class: "left"}, this.stage.root, this.timeline.root,
+         el("div", {class: "over-time"}, this.legend(), this.overTime.root)),
+      el("aside", {class: "right"}, this.tools(),
+         el("section", {"aria-label": "Target Effort", class: "target"}, ...[...this.sliders.values()].map(slider => slider.root)),
+         el("div", {class: "beside"}, this.graph.root, this.options!.root), this.cautions, this.quality, this.panel!.root)));
+    this.showHistory();
+    this.stage.draw();
+  }
+
+  leave(): void {
+    this.stage.player.pause();
+  }
+
+  key(event: KeyboardEvent): boolean {
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
+      if (event.shiftKey) this.history?.redo();
+      else this.history?.undo();
+      return true;
+    }
+    return !event.ctrlKey && !event.metaKey && this.stage.key(event);
+  }
+
+  async open(state: unknown): Promise<boolean> {
+    const saved = state as EffortState;
+    if (saved?.schema !== "laban.effort-room/1" || this.history === null) return false;
+    // The clip is the one that is open here, whatever its path was where the state was saved.
+    const {input} = this.history.state;
+    this.history.push({...saved, input});
+    return true;
+  }
+
+  private async openClip(clip: ClipInfo): Promise<void> {
+    const motion = await getMotion(`/api/clips/${clip.id}/motion`);
+    const opened = await postJson<OpenedEffort>("/api/effort/open", {clip: clip.id});
+    this.clip = clip;
+    this.opened = opened;
+    this.input = {label: `input: ${clip.name}`, motion, character: await characterOf(clip, motion)};
+    this.output = this.report = this.selected = this.inputOverTime = null;
+    this.history = new History(opened.state, state => this.changed(state));
+    this.sliders = new Map(opened.factors.map(factor => [factor, new FactorSlider(factor,
+      value => this.draft(state => state.asked[factor] = value), value => this.change(state => state.asked[factor] = value, factor))]));
+    this.panel = new SnippetPanel(opened.factors, {
+      lock: (lock, done) => done ? this.change(state => setLock(state, lock)) : this.draft(state => setLock(state, lock)),
+      unlock: snippet => this.change(state => state.locks = state.locks.filter(lock => lock.snippet !== snippet)),
+    });
+    this.options = this.makeOptions();
+    this.stage.setClips([this.input]);
+    this.changed(opened.state);
+  }
+
+  /** A state for good: a step of the history. */
+  private change(edit: (state: EffortState) => void, kind = ""): void {
+    const state = this.history!.state;
+    edit(state);
+    const before = this.history!.state;
+    this.history!.push(state, kind);
+    // A draft may stand on the stage although nothing was changed in the end.
+    if (JSON.stringify(before) === JSON.stringify(state)) this.changed(state);
+  }
+  /** A state on the way to one. */
+  private draft(edit: (state: EffortState) => void): void {
+    const state = this.history!.state;
+    edit(state);
+    this.styling.ask({state, draft: true});
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.styling.ask({state, draft: false}), SETTLES_MS);
+  }
+
+  private changed(state: EffortState): void {
+    clearTimeout(this.timer);
+    for (const [factor, slider] of this.sliders) slider.show(state.asked[factor] ?? null);
+    this.options?.show(state);
+    this.showHistory();
+    this.styling.ask({state, draft: false});
+    this.measuring.ask(state);
+    if (this.selected !== null) this.choosing.ask(state);
+  }
+
+  private showHistory(): void {
+    this.undo.disabled = !this.history?.canUndo;
+    this.redo.disabled = !this.history?.canRedo;
+  }
+
+  private async style({state, draft}: Task): Promise<void> {
+    await this.studio.attempt(async () => {
+      const output = await postMotion("/api/effort/style", {clip: this.clip!.id, state, draft});
+      this.output = output;
+      this.report = output.header["report"] as StyleReport;
+      this.stage.setClips([this.input!, {label: "output", motion: output, character: this.input!.character}]);
+      this.showReport(state);
+      this.cautions.replaceChildren(...(output.header["cautions"] as string[]).map(line => el("li", {}, line)));
+      if (draft && this.selected !== null) {
+        const {alpha} = this.report.snippets[this.selected];
+        if (alpha !== undefined) this.panel!.showAlpha(alpha);
+      }
+    });
+  }
+
+  private showReport(state: EffortState): void {
+    const report = this.report!, {factors} = this.opened!;
+    const measured: Numbers = {};
+    for (const factor of factors) {
+      const of = (n: number) => report.snippets[n];
+      const ranges = report.snippets.flatMap(snippet => snippet.reachable ? [snippet.reachable[factor]] : []);
+      const now = mean(report, n => of(n).measured[factor]);
+      if (now !== null) measured[factor] = now;
+      this.sliders.get(factor)!.tell({
+        predicted: mean(report, n => of(n).predicted?.[factor]),
+        error: mean(report, n => of(n).predicted_standard_error?.[factor]),
+        measured: now,
+        reachable: ranges.length === 0 ? null : [Math.min(...ranges.map(range => range[0])), Math.max(...ranges.map(range => range[1]))],
+      });
+    }
+    this.graph.show(factors, state.relative ? {} : state.asked, measured);
+    this.showQuality();
+    this.showTimeline(state);
+  }
+
+  private showQuality(): void {
+    const quality = this.report!.quality;
+    if (!quality) return;
+    const figure = (key: string, digits: number) => quality[key]?.toFixed(digits) ?? "\u2013";
+    this.quality.textContent = `Foot skate ${figure("foot_skate_cm_per_frame", 2)} cm a frame; jerk ${figure("jerk_rms_m_s3", 0)} m/s\u00b3.`;
+  }
+
+  private showTimeline(state: EffortState): void {
+    const motion = this.output!, rate = this.opened!.model.frame_rate_hz;
+    const boxes = this.report!.snippets.map((snippet, n): TimedSnippet => ({
+      begin: snippet.output_begin_frame / rate,
+      end: snippet.output_end_frame / rate,
+      label: snippet.content ?? this.opened!.snippets[n]?.content ?? "?",
+      kind: state.locks.some(lock => lock.snippet === n) ? "locked" : snippet.kept_as_captured ? "kept" : "found",
+      hint: snippet.fragments?.map(part => `${part.weight.toFixed(2)} ${part.fragment}`).join(" + ") ?? "kept as captured",
+    }));
+    this.timeline.show(boxes, duration(motion), this.selected);
+    this.timeline.at(this.stage.player.time);
+  }
+
+  private choose(n: number): void {
+    this.selected = n;
+    const rate = this.opened!.model.frame_rate_hz;
+    this.stage.player.seek(this.report!.snippets[n].output_begin_frame / rate);
+    this.showTimeline(this.history!.state);
+    this.choosing.ask(this.history!.state);
+  }
+
+  private async showSnippet(state: EffortState): Promise<void> {
+    await this.studio.attempt(async () => {
+      const n = this.selected;
+      if (n === null) return;
+      const choices = await postJson<SnippetChoices>(
+        "/api/effort/snippet", {clip: this.clip!.id, state, snippet: n});
+      if (n !== this.selected) return;
+      this.panel!.show(n, choices, state.locks.some(lock => lock.snippet === n));
+      this.panel!.root.scrollIntoView({block: "nearest"});
+    });
+  }
+
+  private async drawOverTime(state: EffortState): Promise<void> {
+    const ask = (of: EffortState | null) => postJson<OverTime>("/api/effort/over-time", {clip: this.clip!.id, state: of});
+    const before = this.inputOverTime ??= await ask(null);
+    const after = await ask(state);
+    const last = Math.max(before.seconds[before.seconds.length - 1], after.seconds[after.seconds.length - 1]);
+    const factors = Object.keys(after.effort);
+    const curves = (told: OverTime, faint: string) => factors.map(factor => ({
+      name: POLES[factor].title, kind: factor + faint, x: told.seconds, y: told.effort[factor],
+    }));
+    this.overTime.show({
+      label: "Effort over time, as measured: input faint, output full",
+      x: [0, last], y: [-LIMIT, LIMIT], yTicks: [-3, 0, 3], xTitle: "seconds",
+      xTicks: Array.from({length: Math.floor(last) + 1}, (_, n) => n).filter(n => n % Math.ceil(last / 12) === 0),
+    }, [...curves(before, " faint"), ...curves(after, "")]);
+    this.overTime.markAt(this.stage.player.time);
+  }
+
+  private legend(): HTMLElement {
+    return el("p", {class: "legend"}, "Measured over time: ",
+              ...["flow", "weight", "time"].map(factor => el("span", {class: `key ${factor}`}, POLES[factor].title)), " input faint");
+  }
+
+  private tools(): HTMLElement {
+    const file = el("input", {type: "file", accept: ".json,application/json", hidden: true, "aria-label": "State to open", tabindex: -1});
+    file.addEventListener("change", () => void this.studio.attempt(async () => {
+      const [chosen] = file.files ?? [];
+      file.value = "";
+      if (!chosen) return;
+      const state = JSON.parse(await chosen.text()) as unknown;
+      if (!await this.open(state)) throw new Error(`${chosen.name}: no state of the Effort room`);
+    }));
+    const save = (format: string) => void this.studio.attempt(async () => {
+      const {name, content} = await postForFile(`/api/effort/export?format=${format}`, {clip: this.clip!.id, state: this.history!.state});
+      download(name, content);
+    });
+    return el("div", {class: "bar tools", role: "toolbar", "aria-label": "State and files"},
+      this.undo, this.redo,
+      button("Save state", "Save what is set here; laban apply --state takes it", () =>
+        download("room.json", new Blob([JSON.stringify(this.history!.state, null, 2)], {type: "application/json"}))),
+      button("Open state", "Open what was saved", () => file.click()), file,
+      button("Export BVH", "The output as a BVH file", () => save("bvh")),
+      button("Export GLB", "The output as a GLB file", () => save("glb")));
+  }
+
+  private makeOptions(): {root: HTMLElement; show: (state: EffortState) => void} {
+    const detail = select("Keep", [{value: "replace", label: "nothing"}, {value: "residual", label: "posture and manner"}], "replace",
+                          value => this.change(state => state.detail = value as EffortState["detail"]));
+    const way = select("Blend", [2, 3, 4].map(n => ({value: String(n), label: `${n} fragments`})), "2",
+                       value => this.change(state => state.way = Number(value)));
+    const number = (label: string, max: number, step: number, take: (state: EffortState, value: number) => void) => {
+      const input = el("input", {type: "range", min: 0, max, step});
+      input.addEventListener("input", () => this.draft(state => take(state, Number(input.value))));
+      input.addEventListener("change", () => this.change(state => take(state, Number(input.value)), label));
+      return {root: el("label", {class: "field"}, label, input), input};
+    };
+    const strength = number("Strength", 1, 0.05, (state, value) => state.strength = value);
+    const stay = number("Others stay", 1, 0.05, (state, value) => state.stay = value);
+    const timing = checkbox("Keep timing", false, on => this.change(state => state.keep_timing = on));
+    const relative = checkbox("Relative to the input", false, on => this.change(state => state.relative = on));
+    return {
+      root: el("div", {class: "options"}, strength.root, stay.root, detail.root, way.root, timing.root, relative.root),
+      show: state => {
+        detail.input.value = state.detail;
+        way.input.value = String(state.way);
+        strength.input.value = String(state.strength);
+        stay.input.value = String(state.stay);
+        timing.input.checked = state.keep_timing;
+        relative.input.checked = state.relative;
+      },
+    };
+  }
+}
+
+function setLock(state: EffortState, lock: Lock): void {
+  state.locks = [...state.locks.filter(other => other.snippet !== lock.snippet), lock].sort((a, b) => a.snippet - b.snippet);
+}

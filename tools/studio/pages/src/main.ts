@@ -1,0 +1,105 @@
+// The studio: rooms behind tabs, files dropped anywhere.
+import {getJson, sendFile, type ClipInfo, type Overview} from "./api";
+import {el, select, button} from "./dom";
+import {EffortRoom} from "./effort_room";
+import {StageRoom} from "./stage_room";
+import type {Room, Studio} from "./studio";
+import {chooseTheme, theme} from "./theme";
+
+class Shell implements Studio {
+  clips: ClipInfo[] = [];
+  clip: ClipInfo | null = null;
+  private readonly head = document.getElementById("head")!;
+  private readonly host = document.getElementById("room")!;
+  private readonly trouble = document.getElementById("trouble")!;
+  private readonly rooms: Room[] = [new EffortRoom(this), new StageRoom(this)];
+  private room: Room = this.rooms[0];
+  private underWay = 0;
+
+  async start(): Promise<void> {
+    await this.attempt(async () => {
+      const overview = await getJson<Overview>("/api/studio");
+      this.clips = overview.clips;
+      this.clip = this.clips[0] ?? null;
+      this.listen();
+      await this.enter(this.rooms[0]);
+    });
+  }
+
+  tell(trouble: string): void {
+    this.trouble.textContent = trouble;
+    this.trouble.hidden = trouble === "";
+  }
+
+  async attempt(work: () => Promise<void>): Promise<void> {
+    this.host.setAttribute("aria-busy", String(++this.underWay > 0));
+    try {
+      await work();
+      this.tell("");
+    } catch (error) {
+      this.tell(error instanceof Error ? error.message : String(error));
+    }
+    this.host.setAttribute("aria-busy", String(--this.underWay > 0));
+  }
+
+  private async enter(room: Room): Promise<void> {
+    this.room.leave();
+    this.room = room;
+    this.showHead();
+    this.host.replaceChildren();
+    await this.attempt(() => room.enter(this.host));
+  }
+
+  private showHead(): void {
+    const tabs = this.rooms.map(room => {
+      const tab = button(room.title, `The ${room.title} room`, () => void this.enter(room));
+      if (room === this.room) tab.setAttribute("aria-current", "page");
+      return tab;
+    });
+    const clips = select("Clip", this.clips.map(clip => ({value: clip.id, label: clip.name})), this.clip?.id ?? "", id => {
+      this.clip = this.clips.find(clip => clip.id === id) ?? null;
+      void this.enter(this.room);
+    });
+    const other = theme() === "dark" ? "light" : "dark";
+    this.head.replaceChildren(el("h1", {}, "laban"), el("nav", {"aria-label": "Rooms"}, ...tabs), clips.root,
+      el("span", {class: "spacer"}),
+      button(other === "dark" ? "Dark" : "Light", `Show the pages ${other}`, () => {
+        chooseTheme(other);
+        this.showHead();
+      }));
+  }
+
+  private listen(): void {
+    document.addEventListener("keydown", event => {
+      const target = event.target as HTMLElement;
+      const types = target instanceof HTMLInputElement && ["number", "text"].includes(target.type);
+      const presses = event.key === " " && target.closest("button, input, select") !== null;
+      if (!types && !presses && this.room.key(event)) event.preventDefault();
+    });
+    document.addEventListener("dragover", event => event.preventDefault());
+    document.addEventListener("drop", event => {
+      event.preventDefault();
+      void this.take([...event.dataTransfer?.files ?? []]);
+    });
+  }
+
+  /** Opens files: clips, skeletons before the motion that needs them, states of a room. */
+  private async take(files: File[]): Promise<void> {
+    const order = (file: File) => file.name.toLowerCase().endsWith(".asf") ? 0 : 1;
+    await this.attempt(async () => {
+      for (const file of files.sort((a, b) => order(a) - order(b))) {
+        if (file.name.toLowerCase().endsWith(".json")) {
+          if (!await this.room.open?.(JSON.parse(await file.text()))) throw new Error(`${file.name}: no state of this room`);
+          continue;
+        }
+        const clip = await sendFile(file);
+        if (clip === null) continue;
+        this.clips.push(clip);
+        this.clip = clip;
+        await this.enter(this.room);
+      }
+    });
+  }
+}
+
+void new Shell().start();

@@ -1,0 +1,36 @@
+// A clip on the stage, as captured; no model is needed.
+import {getMotion, getBytes, type ClipInfo} from "./api";
+import {Character} from "./character";
+import {el} from "./dom";
+import type {Motion} from "./motion";
+import {Stage} from "./stage";
+import type {Room, Studio} from "./studio";
+
+/** The character of a clip, if it has one that can be shown. */
+export async function characterOf(clip: ClipInfo, motion: Motion): Promise<Character | null> {
+  if (!clip.has_mesh) return null;
+  return await Character.load(await getBytes(`/api/clips/${clip.id}/mesh`), motion).catch(() => null);
+}
+
+export class StageRoom implements Room {
+  readonly id = "stage";
+  readonly title = "Stage";
+  private stage: Stage | null = null;
+
+  constructor(private readonly studio: Studio) {}
+
+  async enter(host: HTMLElement): Promise<void> {
+    const {clip} = this.studio;
+    this.stage ??= new Stage();
+    host.append(el("div", {class: "room stage-room"}, this.stage.root));
+    if (clip === null) return this.stage.setClips([]);
+    const motion = await getMotion(`/api/clips/${clip.id}/motion`);
+    this.stage.setClips([{label: clip.name, motion, character: await characterOf(clip, motion)}]);
+  }
+  leave(): void {
+    this.stage?.player.pause();
+  }
+  key(event: KeyboardEvent): boolean {
+    return this.stage?.key(event) ?? false;
+  }
+}
