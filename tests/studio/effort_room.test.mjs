@@ -77,6 +77,7 @@ test("a pair is swapped, its alpha set by hand, and all of it is what the verb m
     }
 
     // Dragged on the curves: another alpha, one step of the history.
+    await page.locator(".snippet-panel .chart").scrollIntoViewIfNeeded();
     const chart = await page.locator(".snippet-panel .chart").boundingBox();
     await page.mouse.move(chart.x + 0.3 * chart.width, chart.y + 0.5 * chart.height);
     await page.mouse.down();

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <fmt/core.h>
 
 #include "laban/base/error.h"
@@ -5,6 +7,7 @@
 #include "laban/draw/contact_sheet.h"
 
 #include "apply_batch.h"
+#include "effort_state.h"
 #include "files.h"
 #include "styling.h"
 #include "verb.h"
@@ -19,6 +22,7 @@ struct ApplyVerb {
   WriteClipOptions writing;
   std::string output;
   std::string output_folder;
+  std::string state;
   std::string report;
   std::string picture;
   std::string animation;
@@ -65,7 +69,7 @@ void apply_one(const ApplyVerb& verb) {
   if (!verb.picture.empty()) (void)is_svg(verb.picture);
   const Styling styling = read_styling(verb.styling);
   const StyledFile file = style_file(styling, verb.inputs.front(), verb.common);
-  for (const std::string& caution : cautions(styling, file, verb.inputs.front()))
+  for (const std::string& caution : cautions(styling, file.applied, verb.inputs.front()))
     warn(verb.common, caution);
   write_styled(file, verb.output, verb.writing, verb.common);
   const std::string json = report_json(styling, file).dump(2) + "\n";
@@ -80,6 +84,12 @@ void apply_one(const ApplyVerb& verb) {
 void run(ApplyVerb& verb) {
   using base::Error;
   using base::ErrorKind;
+  if (!verb.state.empty()) {
+    EffortState state = parse_effort_state(read_bytes(verb.state), verb.state);
+    verb.styling = std::move(state.styling);
+    if (verb.inputs.empty()) verb.inputs = {std::move(state.input)};
+  }
+  if (verb.inputs.empty()) throw Error(ErrorKind::kUsage, "no clip given");
   if (verb.output.ends_with('/')) std::swap(verb.output, verb.output_folder);
   if (verb.output_folder.empty()) {
     if (verb.inputs.size() > 1 || std::filesystem::is_directory(verb.inputs.front()))
@@ -103,8 +113,7 @@ void add_apply(CLI::App& app) {
   CLI::App* sub =
       add_verb(app, "apply", "Give a clip a target Effort: the same action, done another way",
                "laban apply walk.bvh --flow -2 --weight 1.5 --time 2 -o walk_sudden.glb");
-  sub->add_option("INPUT", verb->inputs, "clip, '-' for stdin; or several, or folders of clips")
-      ->required();
+  sub->add_option("INPUT", verb->inputs, "clip, '-' for stdin; or several, or folders of clips");
   CLI::Option* output =
       sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout");
   sub->add_option("--output-dir", verb->output_folder,
@@ -116,7 +125,16 @@ void add_apply(CLI::App& app) {
                   "contact sheet to write (.png or .svg): input above output");
   sub->add_option("--animate", verb->animation,
                   "page to write (.html): input beside output, playing in any browser");
+  const std::vector<CLI::Option*> others = sub->get_options();
   add_styling_options(sub, verb->styling);
+  CLI::Option* state =
+      sub->add_option("--state", verb->state,
+                      "instead of how to style it, and of INPUT if that is left out: what the "
+                      "studio's Effort room was set to, a JSON file that it saved");
+  for (CLI::Option* option : sub->get_options()) {
+    const bool styles = std::find(others.begin(), others.end(), option) == others.end();
+    if (styles && option != state) state->excludes(option);
+  }
   add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true, .threads = true});
   sub->callback([verb] { run(*verb); });

@@ -254,7 +254,7 @@ class Batch {
     Row& row = rows_[n];
     try {
       const StyledFile file = style_file(*styling_, row.input, common_);
-      for (const std::string& caution : cautions(*styling_, file, row.input))
+      for (const std::string& caution : cautions(*styling_, file.applied, row.input))
         warn(common_, caution);
       WriteClipOptions writing = options_.writing;
       writing.format.clear();  // the name ends with it

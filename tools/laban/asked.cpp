@@ -73,8 +73,10 @@ void add_asked_options(CLI::App* verb, AskedOptions& options) {
       ->group(group);
 }
 
-transfer::AskedEffort read_asked(const AskedOptions& options, std::vector<InputRecord>& inputs) {
+transfer::AskedEffort read_asked(const AskedOptions& options, bool may_ask_nothing,
+                                 std::vector<InputRecord>& inputs) {
   transfer::AskedEffort asked;
+  asked.may_ask_nothing = may_ask_nothing;
   for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const auto f = static_cast<std::size_t>(effort::index_of(factor));
     asked.relative[f] = options.relative;

@@ -22,9 +22,10 @@ struct AskedOptions {
 void add_asked_options(CLI::App* verb, AskedOptions& options);
 
 /// What is asked for. The curve's file is read, and recorded among `inputs`.
+/// @param may_ask_nothing  as AskedEffort's.
 /// @throws Error{kUsage} naming the option whose value breaks a rule, or if nothing is asked; as
 ///         transfer::parse_target_curve for the curve's file.
-[[nodiscard]] transfer::AskedEffort read_asked(const AskedOptions& options,
+[[nodiscard]] transfer::AskedEffort read_asked(const AskedOptions& options, bool may_ask_nothing,
                                                std::vector<InputRecord>& inputs);
 
 /// "flow -2.00  weight free  time +1.00 from the input's" or "the Effort of curve.csv".

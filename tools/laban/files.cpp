@@ -284,7 +284,11 @@ io::ClipFile read_any_clip(const std::string& path, const ReadClipOptions& optio
 
 CapturedClip read_captured_clip(const std::string& path, const ReadClipOptions& options,
                                 const Common& common) {
-  const std::string bytes = read_bytes(path);
+  return parse_captured_clip(path, read_bytes(path), options, common);
+}
+
+CapturedClip parse_captured_clip(const std::string& path, const std::string& bytes,
+                                 const ReadClipOptions& options, const Common& common) {
   io::ClipFile file = parse_any_clip(path, bytes, options, common);
   motion::Capture capture =
       naming(path, [&] { return motion::find_capture(file.clip, read_map(options.map)); });
@@ -315,8 +319,8 @@ std::string check_clip_output(const std::string& path, const WriteClipOptions& o
   return format;
 }
 
-void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
-                const ClipSource& source, const WriteClipOptions& options) {
+std::string clip_bytes(const std::string& path, const motion::Clip& clip, const Common& common,
+                       const ClipSource& source, const WriteClipOptions& options) {
   const std::string format = check_clip_output(path, options);
   if (format == "glb") {
     io::GlbWriteOptions glb{.bone_mesh = !options.no_mesh};
@@ -324,21 +328,22 @@ void write_clip(const std::string& path, const motion::Clip& clip, const Common&
     if (options.compact_tolerance_deg) {
       glb.compact->rotation_tolerance_rad = *options.compact_tolerance_deg * math::kDegree;
     }
-    const bool keeps_character = source.asset && !options.no_mesh;
+    if (!source.asset || options.no_mesh) return io::write_glb(clip, glb);
     // Among a character's other animations the new one needs a name of its own.
-    if (keeps_character && path != "-") glb.animation_name = fs::path(path).stem().string();
-    return write_bytes(path,
-                       keeps_character
-                           ? io::write_glb(*source.asset, clip, source.source_frames, glb)
-                           : io::write_glb(clip, glb),
-                       common);
+    if (path != "-") glb.animation_name = fs::path(path).stem().string();
+    return io::write_glb(*source.asset, clip, source.source_frames, glb);
   }
   io::WriteOptions writing;
   writing.unit_m = source.unit_m;
   writing.up_axis = *up_axis_named(options.up_axis);
-  const io::ClipBytes file = io::format_clip(clip, format, writing);
+  io::ClipBytes file = io::format_clip(clip, format, writing);
   for (const std::string& rename : file.renames) warn(common, path + ": " + rename);
-  write_bytes(path, file.bytes, common);
+  return std::move(file.bytes);
+}
+
+void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
+                const ClipSource& source, const WriteClipOptions& options) {
+  write_bytes(path, clip_bytes(path, clip, common, source, options), common);
 }
 
 std::string table_format(const std::string& path, const std::string& format) {
@@ -460,22 +465,23 @@ std::vector<CutFragment> read_table_fragments(const std::string& table_path, con
   return cut;
 }
 
+std::optional<fs::path> find_installed(const std::string& name) {
+  const fs::path folder = executable_folder();
+  for (const fs::path& place : {folder / "../share/laban" / name, folder / name})
+    if (fs::exists(place)) return place.lexically_normal();
+  return std::nullopt;
+}
+
 transfer::StyleModel read_model(const std::string& path, InputRecord& record) {
   std::string found = path;
   if (found.empty()) {
-    const fs::path folder = executable_folder();
-    const fs::path places[] = {folder / "../share/laban/phrase.laban", folder / "phrase.laban"};
-    for (const fs::path& place : places) {
-      if (fs::exists(place)) {
-        found = place.lexically_normal().string();
-        break;
-      }
-    }
-    if (found.empty()) {
+    const auto installed = find_installed("phrase.laban");
+    if (!installed) {
       throw Error(ErrorKind::kIo,
                   "the default model is not installed beside the program; "
                   "train one with 'laban train' and name it with --model");
     }
+    found = installed->string();
   }
   const std::string bytes = read_bytes(found);
   record = {found, base::sha256_hex(bytes)};

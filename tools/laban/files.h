@@ -96,6 +96,11 @@ void add_read_options(CLI::App* verb, ReadClipOptions& options);
 [[nodiscard]] CapturedClip read_captured_clip(const std::string& path,
                                               const ReadClipOptions& options, const Common& common);
 
+/// The same from bytes that were read from `path`.
+[[nodiscard]] CapturedClip parse_captured_clip(const std::string& path, const std::string& bytes,
+                                               const ReadClipOptions& options,
+                                               const Common& common);
+
 /// Writes bytes to a path, or to stdout for "-".
 void write_bytes(const std::string& path, const std::string& bytes, const Common& common);
 /// Options with which every verb that writes clips writes them.
@@ -126,9 +131,13 @@ struct ClipSource {
   std::vector<double> source_frames = {};
 };
 
-/// Writes a clip in the format of the path's ending; renamed joints are told as warnings. A GLB of
-/// a clip that came from a glTF file is that file with a new animation, unless there shall be no
-/// mesh.
+/// The bytes of a clip as the file of that path holds them, in the format of its ending; renamed
+/// joints are told as warnings. A GLB of a clip that came from a glTF file is that file with a new
+/// animation, named like the path, unless there shall be no mesh.
+[[nodiscard]] std::string clip_bytes(const std::string& path, const motion::Clip& clip,
+                                     const Common& common, const ClipSource& source = {},
+                                     const WriteClipOptions& options = {});
+/// Writes them.
 void write_clip(const std::string& path, const motion::Clip& clip, const Common& common,
                 const ClipSource& source = {}, const WriteClipOptions& options = {});
 /// "csv" or "npy" if that is the format given or, without one, the path's ending; else empty.
@@ -180,6 +189,10 @@ void add_rater_options(CLI::App* verb, ReadCorpusOptions& options);
 
 /// The most frequent rate among some, the highest of equals.
 [[nodiscard]] double common_rate(const std::vector<double>& rates_hz);
+
+/// A file that comes with the program, beside it or where it is installed; nullopt: it is not
+/// there.
+[[nodiscard]] std::optional<std::filesystem::path> find_installed(const std::string& name);
 
 /// The model of a path; empty: the default model, found beside the executable.
 [[nodiscard]] transfer::StyleModel read_model(const std::string& path, InputRecord& record);

@@ -109,6 +109,9 @@ int run(int argc, char** argv) {
   add_loop(app);
   add_manifold(app);
   add_texture(app);
+#ifdef LABAN_HAS_STUDIO
+  add_studio(app);
+#endif
 
   std::string topic;
   CLI::App* help =

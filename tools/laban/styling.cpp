@@ -23,7 +23,7 @@ double beyond(double asked, const transfer::FactorRange& range) {
 
 /// One line a factor that is asked for far beyond what any snippet's neighbours reach, of the
 /// snippet where it is farthest.
-std::vector<std::string> unreachable(const Styling& styling, const StyledFile& file,
+std::vector<std::string> unreachable(const Styling& styling, const transfer::AppliedStyle& applied,
                                      const std::string& path) {
   std::vector<std::string> lines;
   for (const effort::Factor factor : styling.model.factors()) {
@@ -31,7 +31,7 @@ std::vector<std::string> unreachable(const Styling& styling, const StyledFile& f
     const transfer::AppliedSnippet* worst = nullptr;
     double farthest = kFarBeyond;
     int count = 0;
-    for (const transfer::AppliedSnippet& snippet : file.applied.snippets) {
+    for (const transfer::AppliedSnippet& snippet : applied.snippets) {
       if (snippet.kept || !snippet.asked.factors[f]) continue;
       const double distance = beyond(*snippet.asked.factors[f], snippet.choice.reachable[f]);
       if (distance > kFarBeyond) ++count;
@@ -45,10 +45,16 @@ std::vector<std::string> unreachable(const Styling& styling, const StyledFile& f
     lines.push_back(fmt::format(
         "{}: {} {:+.2f} is out of reach of {} of {} snippets; the nearest that the model has "
         "for '{}' at {:.2f} s is {:+.2f}",
-        path, effort::name_of(factor), asked, count, file.applied.snippets.size(), worst->content,
+        path, effort::name_of(factor), asked, count, applied.snippets.size(), worst->content,
         worst->begin / styling.model.frame_rate_hz(), asked < range.low ? range.low : range.high));
   }
   return lines;
+}
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
 double skate_over_own_floor_cm(const motion::Capture& capture) {
@@ -92,58 +98,99 @@ void add_styling_options(CLI::App* verb, StylingOptions& options) {
 
 Styling read_styling(const StylingOptions& options) {
   std::vector<InputRecord> inputs(1);
-  transfer::AskedEffort asked = read_asked(options.asked, inputs);
-  transfer::StyleModel model = read_model(options.model, inputs.front());
-  return {options, std::move(asked), std::move(model), std::move(inputs)};
+  transfer::AskedEffort asked = read_asked(options.asked, !options.by_hand.empty(), inputs);
+  Styling styling{options, std::move(asked), read_model(options.model, inputs.front()), {}};
+  styling.options.apply.by_hand = find_blends(options.by_hand, styling.model);
+  styling.inputs = std::move(inputs);
+  return styling;
+}
+
+std::vector<transfer::BlendByHand> find_blends(const std::vector<HandSetBlend>& by_hand,
+                                               const transfer::StyleModel& model) {
+  const auto index_of = [&](const std::string& name) {
+    const auto found =
+        std::find_if(model.fragments.begin(), model.fragments.end(),
+                     [&](const transfer::Fragment& known) { return known.name == name; });
+    if (found == model.fragments.end())
+      throw base::Error(base::ErrorKind::kUsage, "the model has no fragment '" + name + "'");
+    return static_cast<int>(found - model.fragments.begin());
+  };
+  std::vector<transfer::BlendByHand> blends;
+  for (const HandSetBlend& set : by_hand)
+    blends.push_back({set.snippet, index_of(set.fragment_i), index_of(set.fragment_j), set.alpha});
+  return blends;
 }
 
 double StyledFile::speed() const {
   return seconds_taken > 0.0 ? styled.clip.duration_s() / seconds_taken : 0.0;
 }
 
-StyledFile style_file(const Styling& styling, const std::string& path, const Common& common) {
+SegmentedClip segment_clip(const transfer::StyleModel& model, CapturedClip input,
+                           const transfer::ApplyOptions& options) {
+  const auto begin = Clock::now();
+  transfer::SegmentedInput segmented =
+      transfer::segment_input(model, input.pose(model.frame_rate_hz()), options.segmentation);
+  return {std::move(input), std::move(segmented), seconds_since(begin)};
+}
+
+StyledFile style_segmented(const Styling& styling, SegmentedClip clip,
+                           transfer::PlayMemory& memory) {
   const transfer::StyleModel& model = styling.model;
-  const transfer::ApplyOptions& options = styling.options.apply;
-  CapturedClip input = read_captured_clip(path, styling.options.reading, common);
-  const auto begin = std::chrono::steady_clock::now();
-  const motion::PoseMatrix pose = input.pose(model.frame_rate_hz());
-  transfer::AppliedStyle applied = transfer::restyle(
-      model, transfer::segment_input(model, pose, options.segmentation), styling.asked, options);
-  transfer::StyledClip styled = transfer::play_style(model, applied, input.capture,
-                                                     {.hold_feet = !styling.options.no_foot_fix});
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  const motion::Capture& capture = clip.input.capture;
+  const auto begin = Clock::now();
+  transfer::AppliedStyle applied =
+      transfer::restyle(memory, clip.segmented, styling.asked, styling.options.apply);
+  transfer::StyledClip styled =
+      transfer::play_style(model, applied, capture, {.hold_feet = !styling.options.no_foot_fix});
+  const double seconds_taken = clip.seconds_taken + seconds_since(begin);
   const transfer::StyledQuality quality = transfer::measure_styled(
-      styled, transfer::play_sources(model, applied, input.capture), input.capture.humanoid);
-  const std::optional<double> content = transfer::content_ratio(model, applied, pose);
-  const double input_skate_cm = skate_over_own_floor_cm(input.capture);
+      styled, transfer::play_sources(model, applied, capture), capture.humanoid);
+  const std::optional<double> content =
+      transfer::content_ratio(model, applied, clip.segmented.input);
+  const double input_skate_cm = skate_over_own_floor_cm(capture);
   std::vector<transfer::BlendChoice> choices;
   for (const transfer::AppliedSnippet& snippet : applied.snippets)
     choices.push_back(snippet.choice);
   auto errors = transfer::standard_errors(model, choices);
-  return {std::move(input), std::move(applied), std::move(styled), quality, std::move(errors),
-          content,          input_skate_cm,     taken.count()};
+  return {std::move(clip.input), std::move(applied),
+          std::move(styled),     quality,
+          std::move(errors),     content,
+          input_skate_cm,        seconds_taken};
+}
+
+StyledFile style_file(const Styling& styling, const std::string& path, const Common& common) {
+  CapturedClip input = read_captured_clip(path, styling.options.reading, common);
+  transfer::PlayMemory memory(styling.model);
+  return style_segmented(
+      styling, segment_clip(styling.model, std::move(input), styling.options.apply), memory);
+}
+
+std::string styled_bytes(const CapturedClip& input, const transfer::StyledClip& styled,
+                         const std::string& path, const WriteClipOptions& writing,
+                         const Common& common) {
+  // The character's file counts its frames from a T-pose, if it has one.
+  std::vector<double> source_frames = styled.source_frames;
+  for (double& frame : source_frames) frame += input.first_frame();
+  return clip_bytes(path, styled.clip, common,
+                    {input.file.unit_m, input.file.asset, std::move(source_frames)}, writing);
 }
 
 void write_styled(const StyledFile& file, const std::string& path, const WriteClipOptions& writing,
                   const Common& common) {
-  // The character's file counts its frames from a T-pose, if it has one.
-  std::vector<double> source_frames = file.styled.source_frames;
-  for (double& frame : source_frames) frame += file.input.first_frame();
-  write_clip(path, file.styled.clip, common,
-             {file.input.file.unit_m, file.input.file.asset, std::move(source_frames)}, writing);
+  write_bytes(path, styled_bytes(file.input, file.styled, path, writing, common), common);
 }
 
-std::vector<std::string> cautions(const Styling& styling, const StyledFile& file,
+std::vector<std::string> cautions(const Styling& styling, const transfer::AppliedStyle& applied,
                                   const std::string& path) {
   std::vector<std::string> lines;
-  for (const transfer::AppliedSnippet& snippet : file.applied.snippets) {
+  for (const transfer::AppliedSnippet& snippet : applied.snippets) {
     if (snippet.match_cost <= snippet.match_threshold) continue;
     lines.push_back(
         fmt::format("{}: {:.2f} s to {:.2f} s match no content of the model; kept as captured",
                     path, snippet.begin / styling.model.frame_rate_hz(),
                     snippet.end / styling.model.frame_rate_hz()));
   }
-  const std::vector<std::string> far = unreachable(styling, file, path);
+  const std::vector<std::string> far = unreachable(styling, applied, path);
   lines.insert(lines.end(), far.begin(), far.end());
   return lines;
 }

@@ -12,9 +12,18 @@
 
 namespace laban::cli {
 
+/// A snippet's blend set by hand, its fragments by their names.
+struct HandSetBlend {
+  int snippet = 0;
+  std::string fragment_i;
+  std::string fragment_j;
+  double alpha = 0.0;
+};
+
 /// How clips are styled, whichever and however many.
 struct StylingOptions {
   AskedOptions asked;
+  std::vector<HandSetBlend> by_hand;  ///< of one clip; becomes ApplyOptions::by_hand
   transfer::ApplyOptions apply;
   bool no_foot_fix = false;
   std::string model;  ///< path; empty: the default model
@@ -33,8 +42,23 @@ struct Styling {
   std::vector<InputRecord> inputs;  ///< the model, and the curve's file if there is one
 };
 
-/// @throws Error{kUsage} before anything is read if what is asked breaks a rule.
+/// @throws Error{kUsage} before anything is read if what is asked breaks a rule; naming the
+/// fragment
+///         if one that is set by hand is not in the model.
 [[nodiscard]] Styling read_styling(const StylingOptions& options);
+
+/// What those blends are in a model. @throws Error{kUsage} naming a fragment that it does not have.
+[[nodiscard]] std::vector<transfer::BlendByHand> find_blends(
+    const std::vector<HandSetBlend>& by_hand, const transfer::StyleModel& model);
+
+/// A clip, read and cut into snippets for one model: ready to be styled again and again.
+struct SegmentedClip {
+  CapturedClip input;
+  transfer::SegmentedInput segmented;
+  double seconds_taken = 0.0;  ///< to cut it
+};
+[[nodiscard]] SegmentedClip segment_clip(const transfer::StyleModel& model, CapturedClip input,
+                                         const transfer::ApplyOptions& options);
 
 /// One clip, styled.
 struct StyledFile {
@@ -53,17 +77,25 @@ struct StyledFile {
   [[nodiscard]] double speed() const;
 };
 
+/// Styles a clip; `memory` is of the styling's model.
+[[nodiscard]] StyledFile style_segmented(const Styling& styling, SegmentedClip clip,
+                                         transfer::PlayMemory& memory);
 /// Reads a clip and styles it. @throws naming the file.
 [[nodiscard]] StyledFile style_file(const Styling& styling, const std::string& path,
                                     const Common& common);
 
+/// The bytes of the styled clip as the file of that path.
+[[nodiscard]] std::string styled_bytes(const CapturedClip& input,
+                                       const transfer::StyledClip& styled, const std::string& path,
+                                       const WriteClipOptions& writing, const Common& common);
 /// Writes the clip as `path`, in the format that its ending or `writing` says.
 void write_styled(const StyledFile& file, const std::string& path, const WriteClipOptions& writing,
                   const Common& common);
 
 /// Snippets that are kept as captured, and factors asked for beyond what is reachable: what the
 /// user should know, a line each.
-[[nodiscard]] std::vector<std::string> cautions(const Styling& styling, const StyledFile& file,
+[[nodiscard]] std::vector<std::string> cautions(const Styling& styling,
+                                                const transfer::AppliedStyle& applied,
                                                 const std::string& path);
 
 /// Options as resolved, for run records.

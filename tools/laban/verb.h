@@ -68,6 +68,7 @@ void add_manifold(CLI::App& app);
 void add_match(CLI::App& app);
 void add_measure(CLI::App& app);
 void add_segment(CLI::App& app);
+void add_studio(CLI::App& app);  ///< in tools/studio; not in every build
 void add_suggest(CLI::App& app);
 void add_texture(CLI::App& app);
 void add_train(CLI::App& app);

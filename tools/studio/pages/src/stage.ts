@@ -23,6 +23,15 @@ const TRAILS: Record<string, string[]> = {
 
 const VIEWS: Record<string, [number, number]> = {front: [0, 0.12], side: [Math.PI / 2, 0.12], top: [0, Math.PI / 2]};
 
+/** True if the browser draws without a graphics card. */
+const software = (() => {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? String(gl!.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+})();
+
 export class Stage {
   readonly root: HTMLElement;
   readonly player = new Player();
@@ -43,7 +52,9 @@ export class Stage {
   private readonly playButton = button("Play", "Play or pause (space)", () => this.player.toggle());
 
   constructor() {
-    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, antialias: true, powerPreference: "high-performance"});
+    // Smooth edges and fine pixels are for graphics cards; in software they cost most of the frames.
+    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, antialias: !software, powerPreference: "high-performance"});
+    this.renderer.setPixelRatio(software ? 1 : Math.min(devicePixelRatio, 2));
     this.renderer.setScissorTest(true);
     this.root = el("section", {class: "stage", "aria-label": "Stage"},
                    el("div", {class: "screen"}, this.canvas, this.captions), this.controls());
@@ -112,6 +123,7 @@ export class Stage {
 
   private rebuild(): void {
     for (const pane of this.panes) pane.dispose();
+    this.renderer.setClearColor(ink("--panel"));
     const actors = this.clips.map((clip, n) => this.actor(clip, this.overlaid && n + 1 < this.clips.length));
     this.panes = actors.length === 0 ? [] : this.overlaid ? [new Pane(actors, this.options)]
                                                           : actors.map(actor => new Pane([actor], this.options));
@@ -123,9 +135,9 @@ export class Stage {
   private render(): void {
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
     if (width === 0 || height === 0) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 1.5));
-    this.renderer.setSize(width, height, false);
-    this.renderer.setClearColor(ink("--panel"));
+    const size = this.renderer.getSize(new THREE.Vector2());
+    // To set a size empties the canvas, even if it stays the same.
+    if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
     const each = width / Math.max(1, this.panes.length);
     this.renderer.setScissor(0, 0, width, height);
     this.renderer.clear();
