@@ -1,5 +1,5 @@
 // Curves over a line, as SVG: Effort over alpha, Effort over time.
-import {svg} from "./dom";
+import {el, svg} from "./dom";
 
 export interface Curve {
   name: string;
@@ -28,19 +28,22 @@ const FOOT = 24;
 const HEAD = 8;
 
 export class LineChart {
-  readonly root: SVGSVGElement;
+  readonly root: HTMLElement;
+  private readonly picture: SVGSVGElement;
   private area: ChartArea = {label: "", x: [0, 1], y: [0, 1], xTicks: [], yTicks: [], xTitle: ""};
-  private readonly mark = svg("line", {class: "mark", y1: HEAD, y2: HEIGHT - FOOT});
+  // Apart from the picture: it moves with every frame, and the curves need not be drawn again for it.
+  private readonly mark = el("div", {class: "mark away", "aria-hidden": "true"});
 
   /** @param picked  called with x where the chart is clicked or dragged; none: it takes no pointer. */
   constructor(private readonly picked?: (x: number, done: boolean) => void, private readonly width = WIDTH) {
-    this.root = svg("svg", {viewBox: `0 0 ${width} ${HEIGHT}`, class: "chart", role: "img"});
+    this.picture = svg("svg", {viewBox: `0 0 ${width} ${HEIGHT}`, role: "img"});
+    this.root = el("div", {class: "chart"}, this.picture, el("div", {class: "marks"}, this.mark));
     if (picked) this.listen();
   }
 
   show(area: ChartArea, curves: Curve[]): void {
     this.area = area;
-    this.root.setAttribute("aria-label", area.label);
+    this.picture.setAttribute("aria-label", area.label);
     const grid = [
       ...area.yTicks.flatMap(y => [
         svg("line", {class: "grid", x1: LEFT, x2: this.width - 4, y1: this.py(y), y2: this.py(y)}),
@@ -50,15 +53,14 @@ export class LineChart {
                                   String(x).replace("-", "\u2212"))),
       svg("text", {class: "tick", x: this.width - 4, y: HEIGHT - 2, "text-anchor": "end"}, area.xTitle),
     ];
-    this.root.replaceChildren(...grid, ...curves.flatMap(curve => this.drawn(curve)), this.mark);
+    this.picture.replaceChildren(...grid, ...curves.flatMap(curve => this.drawn(curve)));
   }
 
   /** Where the upright line stands; null: nowhere. */
   markAt(x: number | null): void {
     this.mark.classList.toggle("away", x === null);
     if (x === null) return;
-    this.mark.setAttribute("x1", String(this.px(x)));
-    this.mark.setAttribute("x2", String(this.px(x)));
+    this.mark.style.transform = `translateX(${100 * this.px(x) / this.width}%)`;
   }
 
   private px(x: number): number {

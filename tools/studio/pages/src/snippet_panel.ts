@@ -59,7 +59,7 @@ export class SnippetPanel {
     return played.fragments.map(part => `${part.weight.toFixed(2)} ${part.fragment}`).join(" + ");
   }
 
-  private drawn(curves: NonNullable<SnippetChoices["curves"]>): SVGSVGElement {
+  private drawn(curves: NonNullable<SnippetChoices["curves"]>): HTMLElement {
     this.chart.show({
       label: `Effort over the blend weight between ${curves.fragments[0]} and ${curves.fragments[1]}`,
       x: ALPHA, y: [-LIMIT, LIMIT], xTicks: [0, 0.5, 1], yTicks: [-3, 0, 3], xTitle: "alpha",

@@ -44,6 +44,8 @@ export class Stage {
   private readonly options: PaneOptions = {skins: false, contacts: true, character: true, trails: []};
   private clips: StagedClip[] = [];
   private panes: Pane[] = [];
+  /** Kept until their successors are drawn: these need the same shaders, which then stay compiled. */
+  private retired: Pane[] = [];
   private overlaid = false;
   private sameMoment = true;
   private drawing = false;
@@ -122,7 +124,7 @@ export class Stage {
   }
 
   private rebuild(): void {
-    for (const pane of this.panes) pane.dispose();
+    this.retired.push(...this.panes);
     this.renderer.setClearColor(ink("--panel"));
     const actors = this.clips.map((clip, n) => this.actor(clip, this.overlaid && n + 1 < this.clips.length));
     this.panes = actors.length === 0 ? [] : this.overlaid ? [new Pane(actors, this.options)]
@@ -147,6 +149,7 @@ export class Stage {
       this.renderer.setScissor(n * each, 0, each, height);
       this.renderer.render(pane.scene, pane.camera);
     });
+    for (const pane of this.retired.splice(0)) pane.dispose();
   }
 
   private controls(): HTMLElement {

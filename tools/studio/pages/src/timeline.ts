@@ -43,7 +43,7 @@ export class Timeline {
   }
 
   at(time: number): void {
-    this.cursor.style.left = `${100 * Math.min(time / this.duration, 1)}%`;
+    this.cursor.style.transform = `translateX(${100 * Math.min(time / this.duration, 1)}%)`;
   }
 
   private boxes(): HTMLElement[] {
