@@ -37,6 +37,9 @@ stage "release: build and test"
 build ci all public_headers_compile_alone
 ctest --test-dir build/ci -j "$jobs" --quiet --output-on-failure
 
+stage "studio: its pages in Chromium"
+tests/studio/run.sh build/ci
+
 if $all; then
   stage "clang++ with address and undefined-behaviour sanitizers: build and test"
   export LSAN_OPTIONS=suppressions=$PWD/tools/cmake/leaks.supp:print_suppressions=0

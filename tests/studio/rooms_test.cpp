@@ -83,6 +83,16 @@ TEST(Studio, AnswersNothingElse) {
   }
 }
 
+TEST(StudioVerb, SaysWhatItIsAndWhatItCannotOpen) {
+  const auto folder = test::fresh_folder();
+  EXPECT_THAT(test::run_laban("help studio", folder).out,
+              ::testing::StartsWith("Example:\n  laban studio"));
+  const auto missing = test::run_laban("studio nowhere.bvh --no-browser", folder);
+  EXPECT_EQ(missing.code, 3);
+  EXPECT_THAT(missing.err, ::testing::HasSubstr("nowhere.bvh"));
+  EXPECT_EQ(missing.out, "");
+}
+
 TEST(Stage, AMotionMessageHoldsTheClip) {
   const io::ClipFile file = io::read_clip(kTake);
   const Motion motion(get("/api/clips/c0/motion").body);

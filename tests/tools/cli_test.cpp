@@ -77,6 +77,33 @@ TEST_F(Cli, ManPageAndCompletionNameEveryVerb) {
   }
 }
 
+TEST_F(Cli, ApplyTakesAStateInsteadOfOptions) {
+  const std::string state =
+      R"({"schema": "laban.effort-room/1", "input": ")" + kTake +
+      R"(", "model": "", "asked": {"time": 1.5}, "relative": false, "weights": [1, 1, 1],
+        "detail": "replace", "strength": 1, "keep_timing": false, "strict": false, "foot_fix": true,
+        "neighbours": 25, "samples": 16, "caution": 1, "stay": 0.15, "way": 2, "tries": 5,
+        "locks": [], "reading": {}})";
+  write(folder_ / "room.json", state);
+  EXPECT_EQ(run("apply --state room.json -o by_state.bvh").code, 0);
+  EXPECT_EQ(run("apply " + kTake + " --time 1.5 -o by_options.bvh").code, 0);
+  EXPECT_EQ(bytes_of(folder_ / "by_state.bvh"), bytes_of(folder_ / "by_options.bvh"));
+  EXPECT_EQ(run("apply " + kWalk + " --state room.json -o walk.bvh").code, 0);
+
+  expect_error("apply --state room.json --time 1 -o out.bvh", 2, "--time excludes --state");
+  expect_error("apply --time 1 -o out.bvh", 2, "no clip given");
+  write(folder_ / "none.json", "{\"schema\"");
+  expect_error("apply --state none.json -o out.bvh", 4, "none.json: it is no JSON");
+  std::string spoilt = state;
+  spoilt.replace(spoilt.find("\"way\": 2"), 8, "\"way\": 9");
+  write(folder_ / "spoilt.json", spoilt);
+  expect_error("apply --state spoilt.json -o out.bvh", 4, "spoilt.json: SearchOptions::way = 9");
+  std::string free = state;
+  free.replace(free.find("1.5"), 3, "null");
+  write(folder_ / "free.json", free);
+  expect_error("apply --state free.json -o out.bvh", 2, "no target given");
+}
+
 TEST_F(Cli, LoopMakesEndlessMotionAndPerfectLoops) {
   const std::string bow = kBow;
   EXPECT_EQ(run("loop synthesize " + bow +
