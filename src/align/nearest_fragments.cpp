@@ -20,9 +20,11 @@ using base::ErrorKind;
 using Eigen::Index;
 
 constexpr float kUnreachable = std::numeric_limits<float>::infinity();
-// Leading coordinates that are bounded on their own, by the boxes and by screening; the others are
-// by their norm. Of joint angles 8 hold most of the variance, 20 nearly all.
+// Leading coordinates that are bounded on their own by the boxes; the others are by their norm. Of
+// joint angles 8 hold most of the variance, 20 nearly all.
 constexpr Index kLeadingCoordinates = 20;
+constexpr Index kScreenedCoordinates = 27;  // likewise, by screening: with the norm 14 pairs
+static_assert(kScreenedCoordinates < CoarseGrid::kMostDimensions);
 constexpr Index kMostAxisFrames = 20000;  // the axes need not be exact to be axes
 
 int box_count_for(Index frames) {
@@ -60,10 +62,11 @@ Eigen::RowVectorXf norm_behind(const Eigen::MatrixXf& rotated, Index leading) {
   return rotated.bottomRows(std::max<Index>(rotated.rows() - leading, 0)).colwise().norm();
 }
 
-// What screening looks at first, then the rest: norm_behind, then all coordinates.
-Eigen::MatrixXf screened_first(const Eigen::MatrixXf& rotated) {
-  Eigen::MatrixXf values(rotated.rows() + 1, rotated.cols());
-  values << norm_behind(rotated, kLeadingCoordinates), rotated;
+// What screening looks at.
+Eigen::MatrixXf screened(const Eigen::MatrixXf& rotated) {
+  const Index leading = std::min(rotated.rows(), kScreenedCoordinates);
+  Eigen::MatrixXf values(leading + 1, rotated.cols());
+  values << rotated.topRows(leading), norm_behind(rotated, leading);
   return values;
 }
 
@@ -142,14 +145,16 @@ struct PreparedFragments {
   std::size_t lanes = static_cast<std::size_t>(kernels.lanes);
   std::span<const Eigen::MatrixXd> fragments;
   Scaling scaling;
-  Eigen::MatrixXd axes;                  // D x D
-  std::vector<Eigen::MatrixXf> rotated;  // one a fragment, scaled, for lanes
-  std::vector<PackedFrames> packed;      // screened_first, for alignments one at a time
-  Eigen::MatrixXf outlines;              // a column a fragment
-  float largest_norm = 0.0F;             // squared, of all frames
-  std::vector<BoxGroup> groups;          // fragments by falling length
-  std::vector<int> order;                // fragment at each place, group * lanes + lane
-  std::vector<std::size_t> place;        // of each fragment
+  Eigen::MatrixXd axes;                     // D x D
+  std::vector<Eigen::MatrixXf> rotated;     // one a fragment, scaled, for lanes
+  std::vector<PackedFrames<float>> packed;  // the same for alignments one at a time
+  CoarseGrid grid;
+  std::vector<PackedFrames<int>> coarse;  // `screened`, on the grid
+  Eigen::MatrixXf outlines;               // a column a fragment
+  float largest_norm = 0.0F;              // squared, of all frames
+  std::vector<BoxGroup> groups;           // fragments by falling length
+  std::vector<int> order;                 // fragment at each place, group * lanes + lane
+  std::vector<std::size_t> place;         // of each fragment
 
   explicit PreparedFragments(std::span<const Eigen::MatrixXd> all) : fragments(all) {
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -162,9 +167,12 @@ struct PreparedFragments {
     axes = principal_axes(all, scaling.center);
     for (const Eigen::MatrixXd& fragment : all) {
       rotated.push_back(rotate(fragment, scaling));
-      packed.emplace_back(screened_first(rotated.back()));
+      packed.emplace_back(fine_frames(rotated.back()));
       largest_norm = std::max(largest_norm, rotated.back().colwise().squaredNorm().maxCoeff());
     }
+    grid = CoarseGrid(std::sqrt(largest_norm));
+    for (const Eigen::MatrixXf& fragment : rotated)
+      coarse.emplace_back(grid.frames(screened(fragment)));
     outlines.resize(outline_of(rotated[0]).size(), static_cast<Index>(rotated.size()));
     for (std::size_t i = 0; i < rotated.size(); ++i)
       outlines.col(static_cast<Index>(i)) = outline_of(rotated[i]);
@@ -377,8 +385,11 @@ class FragmentIndex::Search {
       : data_(data),
         rotated_(data.rotate(features, data.scaling)),
         rows_(rotated_, data.kernels),
-        strips_(screened_first(rotated_), data.kernels),
+        strips_(fine_frames(rotated_), -2.0F, data.kernels),
+        coarse_strips_(data.grid.frames(screened(rotated_)), data.grid.factor(), data.kernels),
         count_(static_cast<std::size_t>(count)),
+        rounding_(data.grid.rounding(
+            1 + static_cast<int>(std::min(rotated_.rows(), kScreenedCoordinates)))),
         slack_(1e-6F * (data.largest_norm + rotated_.colwise().squaredNorm().maxCoeff())) {}
 
   void run_all(std::vector<int> candidates) {
@@ -408,8 +419,7 @@ class FragmentIndex::Search {
         const BoxBound bound = bounds.of(place(i) % data_.lanes);
         const float most = limit();
         if (bound.beyond(most) > 0.0F) continue;
-        rest.fill(bound, most);
-        if (!may_be_near(i, rest, most)) continue;
+        if (!may_be_near(i, bound, most, rest)) continue;
         left.push_back(i);
         if (left.size() < data_.lanes) continue;
         align(left);
@@ -487,30 +497,36 @@ class FragmentIndex::Search {
     return groups;
   }
 
-  // Whether a path costs `most` a cell or less: by the leading coordinates, a third of the work,
+  // Whether a path costs `most` a cell or less: by the leading coordinates, a fraction of the work,
   // then by all of them.
-  [[nodiscard]] bool may_be_near(int fragment, const Rest& rest, float most) {
-    const FrameRows frames = data_.packed[static_cast<std::size_t>(fragment)].view(0);
-    const auto coordinates = static_cast<int>(rotated_.rows());
-    const int screened = std::min(static_cast<int>(kLeadingCoordinates), coordinates);
-    if (!has_path(frames, 0, 1 + screened, rest, most)) return false;
-    if (has_path(data_.packed[static_cast<std::size_t>(fragment)].view(1), 1, coordinates, rest,
-                 most))
+  //
+  // On the grid distances d are at most (sqrt(d) + r)^2, r what rounding adds. For each r' in (0,
+  // 1) that is at most d / (1 - r') + r^2 / r', and with r' = r / (sqrt(most) + r): a path that
+  // costs `most` a cell or less costs (sqrt(most) + r)^2 or less there.
+  [[nodiscard]] bool may_be_near(int fragment, const BoxBound& bound, float most, Rest& rest) {
+    const auto n = static_cast<std::size_t>(fragment);
+    const float root = std::sqrt(most) + rounding_;
+    const float most_on_grid = root * root;
+    rest.fill(bound, most_on_grid);
+    if (!has_path(coarse_strips_, data_.coarse[n].view(), data_.kernels.coarse_excess_strip, rest,
+                  most_on_grid))
+      return false;
+    rest.fill(bound, most);
+    if (has_path(strips_, data_.packed[n].view(), data_.kernels.excess_strip, rest, most))
       return true;
-    cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames.count);
+    cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames_of(fragment));
     return false;
   }
 
-  // The same by `dimensions` rows of screened_first from `first` on, which `frames` are.
-  [[nodiscard]] bool has_path(const FrameRows& frames, int first, int dimensions, const Rest& rest,
-                              float most) {
+  template <typename Value, typename Strip>
+  [[nodiscard]] bool has_path(const PackedStrips<Value>& strips, const FrameRows<Value>& frames,
+                              Strip excess_strip, const Rest& rest, float most) {
     float* cost = costs_.data() + kFramePadding;
     std::fill_n(costs_.data(), frames.count + 2 * kFramePadding, kUnreachable);
     cost[-1] = 0.0F;
     FrameRange live = {0, 0};
-    for (int n = 0; n < strips_.count(); ++n) {
-      live = data_.kernels.excess_strip(strips_.view(n, first, dimensions), frames, most,
-                                        rest.view(n), live, cost);
+    for (int n = 0; n < strips.count(); ++n) {
+      live = excess_strip(strips.view(n), frames, most, rest.view(n), live, cost);
       if (live.begin >= live.end) return false;
     }
     return live.end == frames.count;
@@ -546,8 +562,10 @@ class FragmentIndex::Search {
   const Data& data_;
   Eigen::MatrixXf rotated_;
   PackedRows rows_;
-  PackedStrips strips_;  // screened_first
+  PackedStrips<float> strips_;
+  PackedStrips<int> coarse_strips_;  // `screened`
   std::size_t count_;
+  float rounding_;             // what the grid adds to a distance
   float slack_;                // what single precision may be wrong by, a cell
   std::vector<float> keys_;    // what candidates are sorted by
   AlignedArray<float> costs_;  // of has_path
