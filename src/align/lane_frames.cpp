@@ -67,29 +67,43 @@ Frames<float> fine_frames(const Eigen::MatrixXf& scaled) {
 
 namespace {
 
-// Coordinates of frames within, and each one of others. With kMostDimensions of these, no sum of
-// products exceeds kLargestOnGrid^2 sqrt(kMostDimensions) by Cauchy and Schwarz: below 2^31.
-constexpr float kLargestOnGrid = 20000.0F;
+// Norms of frames within, and each coordinate of others, which are at most sqrt(kMostDimensions)
+// times as long: squared distances, and so those of boxes, stay below 2^31.
+constexpr float kLargestOnGrid = 7000.0F;
+
+// Numbers of 16 bits two by two, the first in the low half.
+Eigen::MatrixXi pairs_of(const Eigen::MatrixXf& whole) {
+  Eigen::MatrixXi pairs = Eigen::MatrixXi::Zero((whole.rows() + 1) / 2, whole.cols());
+  for (Eigen::Index q = 0; q < whole.cols(); ++q) {
+    for (Eigen::Index k = 0; k < whole.rows(); ++k) {
+      const auto half = static_cast<unsigned>(static_cast<int>(whole(k, q))) & 0xFFFFU;
+      int& pair = pairs(k / 2, q);
+      pair = static_cast<int>(static_cast<unsigned>(pair) | half << (k % 2 == 0 ? 0U : 16U));
+    }
+  }
+  return pairs;
+}
 
 }  // namespace
 
 CoarseGrid::CoarseGrid(float largest_norm)
     : step_(largest_norm > 0.0F ? largest_norm / kLargestOnGrid : 1.0F) {}
 
+Eigen::MatrixXf CoarseGrid::in_cube(const Eigen::MatrixXf& scaled) const {
+  return (scaled / step_).cwiseMax(-kLargestOnGrid).cwiseMin(kLargestOnGrid);
+}
+
 Frames<int> CoarseGrid::frames(const Eigen::MatrixXf& scaled) const {
-  const Eigen::MatrixXf whole =
-      (scaled / step_).array().round().max(-kLargestOnGrid).min(kLargestOnGrid);
-  Frames<int> frames;
-  frames.norms = whole.colwise().squaredNorm() * (step_ * step_);
-  frames.values.setZero((whole.rows() + 1) / 2, whole.cols());
-  for (Eigen::Index q = 0; q < whole.cols(); ++q) {
-    for (Eigen::Index k = 0; k < whole.rows(); ++k) {
-      const auto half = static_cast<unsigned>(static_cast<int>(whole(k, q))) & 0xFFFFU;
-      int& pair = frames.values(k / 2, q);
-      pair = static_cast<int>(static_cast<unsigned>(pair) | half << (k % 2 == 0 ? 0U : 16U));
-    }
-  }
-  return frames;
+  const Eigen::MatrixXf whole = in_cube(scaled).array().round();
+  return {pairs_of(whole), whole.colwise().squaredNorm() * unit()};
+}
+
+Eigen::MatrixXi CoarseGrid::lower_bounds(const Eigen::MatrixXf& scaled) const {
+  return pairs_of(in_cube(scaled).array().floor() + kLargestOnGrid);
+}
+
+Eigen::MatrixXi CoarseGrid::upper_bounds(const Eigen::MatrixXf& scaled) const {
+  return pairs_of(in_cube(scaled).array().ceil() + kLargestOnGrid);
 }
 
 float CoarseGrid::rounding(int dimensions) const {

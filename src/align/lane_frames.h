@@ -73,7 +73,7 @@ struct Frames {
 /// Scaled frames for `PackedStrips<float>` and `PackedFrames<float>`.
 [[nodiscard]] Frames<float> fine_frames(const Eigen::MatrixXf& scaled);
 
-/// Whole numbers of 16 bits for coordinates, for lower bounds of distances.
+/// Whole numbers of 16 bits for coordinates and for boxes, for lower bounds of distances.
 class CoarseGrid {
  public:
   static constexpr int kMostDimensions = 28;
@@ -87,10 +87,16 @@ class CoarseGrid {
   [[nodiscard]] Frames<int> frames(const Eigen::MatrixXf& scaled) const;
   /// How much farther apart two frames of so many coordinates can be on the grid than they are.
   [[nodiscard]] float rounding(int dimensions) const;
+  /// Bounds of boxes as LaneKernels::box_distances takes them, rounded outwards and to the cube.
+  [[nodiscard]] Eigen::MatrixXi lower_bounds(const Eigen::MatrixXf& scaled) const;
+  [[nodiscard]] Eigen::MatrixXi upper_bounds(const Eigen::MatrixXf& scaled) const;
+  /// Square of a step.
+  [[nodiscard]] float unit() const noexcept { return step_ * step_; }
   /// SkewedRows::factor.
-  [[nodiscard]] float factor() const noexcept { return -2.0F * step_ * step_; }
+  [[nodiscard]] float factor() const noexcept { return -2.0F * unit(); }
 
  private:
+  [[nodiscard]] Eigen::MatrixXf in_cube(const Eigen::MatrixXf& scaled) const;
   float step_ = 1.0F;
 };
 

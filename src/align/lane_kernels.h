@@ -126,12 +126,16 @@ struct LaneKernels {
   /// to[n * lanes + l] = from[l][n] for all n < count[l], else 0, n < most_count.
   void (*interleave)(const float* const* from, const int* count, int most_count, float* to);
 
-  /// Squared distances between boxes of two sequences, row_count x box_count x lanes, and the least
-  /// of each row (row_least, row_count x lanes) and of each box (box_least, box_count x lanes).
-  /// A row's box has its lower bounds, then its upper ones, `dimensions` of each; so have the
-  /// lanes' boxes, `lanes` side by side.
-  void (*box_distances)(const float* rows, int row_count, const float* boxes, int box_count,
-                        int dimensions, float* distances, float* row_least, float* box_least);
+  /// Squared distances between boxes of two sequences times `unit`, row_count x box_count x lanes,
+  /// and the least of each row (row_least, row_count x lanes) and of each box (box_least, box_count
+  /// x lanes). Bounds are two whole numbers from 0 to 2^15 - 1 each, as in SkewedRows; sums of
+  /// squares must stay below 2^31. A row's box has its lower bounds, then its upper ones,
+  /// `dimensions` ints of each; so have the lanes' boxes, `lanes` side by side.
+  void (*box_distances)(const int* rows, int row_count, const int* boxes, int box_count,
+                        int dimensions, float unit, float* distances, float* row_least,
+                        float* box_least);
+  /// sums[l] = the sum over n of frames[n * lanes + l] min(0, least[n * lanes + l] - limit).
+  void (*sums_below)(const float* least, const int* frames, int count, float limit, float* sums);
 
   /// The cheapest monotone paths through such distances to the last of `frame_count` frames, of
   /// which a row has kBoxFrames, charging a cell for each: rest[(n * box_count + b) * lanes + l] is

@@ -83,45 +83,49 @@ Eigen::VectorXf outline_of(const Eigen::MatrixXf& rotated) {
 }
 
 // Lower bounds, then upper bounds, a column a box.
-Eigen::MatrixXf boxes_of(const Eigen::MatrixXf& rotated) {
+Eigen::MatrixXi boxes_of(const Eigen::MatrixXf& rotated, const CoarseGrid& grid) {
   const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
   Eigen::MatrixXf values(leading + 1, rotated.cols());
   values << rotated.topRows(leading), norm_behind(rotated, leading);
-  Eigen::MatrixXf boxes(2 * values.rows(), box_count_for(values.cols()));
-  for (Index n = 0; n < boxes.cols(); ++n) {
+  Eigen::MatrixXf least(values.rows(), box_count_for(values.cols()));
+  Eigen::MatrixXf most(values.rows(), least.cols());
+  for (Index n = 0; n < least.cols(); ++n) {
     const auto part =
         values.middleCols(n * kBoxFrames, frames_in_box(static_cast<int>(n), values.cols()));
-    boxes.col(n) << part.rowwise().minCoeff(), part.rowwise().maxCoeff();
+    least.col(n) = part.rowwise().minCoeff();
+    most.col(n) = part.rowwise().maxCoeff();
   }
+  const Eigen::MatrixXi lower = grid.lower_bounds(least);
+  Eigen::MatrixXi boxes(2 * lower.rows(), lower.cols());
+  boxes << lower, grid.upper_bounds(most);
   return boxes;
 }
 
-// `lanes` fragments' boxes side by side.
+// `lanes` fragments' boxes side by side. Behind a fragment's end its last box is repeated: a path
+// that goes on there costs what it costs to stay.
 struct BoxGroup {
   int box_count = 0;  // of the longest
-  AlignedArray<float> boxes;
+  AlignedArray<int> boxes;
   AlignedArray<int> frames;  // box_count x lanes
 };
 
-BoxGroup box_group(std::span<const Eigen::MatrixXf* const> rotated, std::size_t lanes) {
-  // Behind a fragment's end there is nothing near anything: no scaled value is beyond 2.
-  constexpr float kFar = 1e6F;
+BoxGroup box_group(std::span<const Eigen::MatrixXf* const> rotated, const CoarseGrid& grid,
+                   std::size_t lanes) {
+  std::vector<Eigen::MatrixXi> boxes;
+  for (const Eigen::MatrixXf* fragment : rotated) boxes.push_back(boxes_of(*fragment, grid));
   BoxGroup group;
-  for (const Eigen::MatrixXf* fragment : rotated) {
-    group.box_count = std::max(group.box_count, box_count_for(fragment->cols()));
-  }
-  const auto height =
-      static_cast<std::size_t>(2 * (std::min(rotated[0]->rows(), kLeadingCoordinates) + 1));
+  for (const Eigen::MatrixXi& of_lane : boxes)
+    group.box_count = std::max(group.box_count, static_cast<int>(of_lane.cols()));
+  const auto height = static_cast<std::size_t>(boxes[0].rows());
   const auto count = static_cast<std::size_t>(group.box_count);
-  group.boxes = AlignedArray<float>(count * height * lanes);
+  group.boxes = AlignedArray<int>(count * height * lanes);
   group.frames = AlignedArray<int>(count * lanes);
-  std::fill_n(group.boxes.data(), count * height * lanes, kFar);
-  for (std::size_t l = 0; l < rotated.size(); ++l) {
-    const Eigen::MatrixXf boxes = boxes_of(*rotated[l]);
-    for (std::size_t n = 0; n < static_cast<std::size_t>(boxes.size()); ++n) {
-      group.boxes[n * lanes + l] = boxes.data()[n];
-    }
+  for (std::size_t l = 0; l < boxes.size(); ++l) {
     for (std::size_t n = 0; n < count; ++n) {
+      const int* box = boxes[l].col(std::min(static_cast<Index>(n), boxes[l].cols() - 1)).data();
+      for (std::size_t k = 0; k < height; ++k) {
+        group.boxes[(n * height + k) * lanes + l] = box[k];
+      }
       group.frames[n * lanes + l] = frames_in_box(static_cast<int>(n), rotated[l]->cols());
     }
   }
@@ -154,6 +158,7 @@ struct PreparedFragments {
   float largest_norm = 0.0F;              // squared, of all frames
   std::vector<BoxGroup> groups;           // fragments by falling length
   std::vector<int> order;                 // fragment at each place, group * lanes + lane
+  std::vector<Index> frames_at;           // of the fragment at each place
   std::vector<std::size_t> place;         // of each fragment
 
   explicit PreparedFragments(std::span<const Eigen::MatrixXd> all) : fragments(all) {
@@ -191,9 +196,10 @@ struct PreparedFragments {
     for (std::size_t n = 0; n < order.size(); ++n) {
       const auto i = static_cast<std::size_t>(order[n]);
       place[i] = n;
+      frames_at.push_back(fragments[i].cols());
       group.push_back(&rotated[i]);
       if (group.size() < lanes && n + 1 < order.size()) continue;
-      groups.push_back(box_group(group, lanes));
+      groups.push_back(box_group(group, grid, lanes));
       group.clear();
     }
   }
@@ -208,7 +214,6 @@ struct PreparedFragments {
 // where the first sum is at least the cheapest monotone path's through the boxes. The greater of
 // both ways round counts. The same holds of what is left of a path behind a cell.
 struct BoxBound {
-  float path_by_boxes = 0.0F;  // sum of d(., q), along the cheapest path through the boxes
   // Sums of d(p, .), likewise, behind each strip of `lanes` rows: LaneKernels::rest_by_rows.
   const float* rest_by_rows = nullptr;
   std::size_t box_count = 0;
@@ -225,30 +230,13 @@ struct BoxBound {
   [[nodiscard]] float of_frame(Index q) const {
     return box_least[static_cast<std::size_t>(q / kBoxFrames) * lanes];
   }
-
-  [[nodiscard]] float path_by_rows() const { return rest_by_rows[0]; }
-
-  [[nodiscard]] float beyond(float limit) const {
-    float row_extra = 0.0F;
-    for (int n = 0; n < box_count_for(rows); ++n) {
-      row_extra += static_cast<float>(frames_in_box(n, rows)) *
-                   std::min(0.0F, of_row(n * kBoxFrames) - limit);
-    }
-    float frame_extra = 0.0F;
-    for (int n = 0; n < box_count_for(frames); ++n) {
-      frame_extra += static_cast<float>(frames_in_box(n, frames)) *
-                     std::min(0.0F, of_frame(n * kBoxFrames) - limit);
-    }
-    return std::max(path_by_rows() - limit * static_cast<float>(rows) + frame_extra,
-                    path_by_boxes - limit * static_cast<float>(frames) + row_extra);
-  }
 };
 
 // The bounds of a group's fragments with one query.
 class BoxBounds {
  public:
   BoxBounds(const PreparedFragments& data, const Eigen::MatrixXf& rotated)
-      : data_(data), rows_(rotated.cols()), boxes_(boxes_of(rotated)) {
+      : data_(data), rows_(rotated.cols()), boxes_(boxes_of(rotated, data.grid)) {
     std::size_t most = 0;
     for (const BoxGroup& group : data.groups)
       most = std::max(most, static_cast<std::size_t>(group.box_count));
@@ -256,33 +244,38 @@ class BoxBounds {
     const std::size_t strips = (static_cast<std::size_t>(rows_) + data.lanes - 1) / data.lanes;
     distances_ = AlignedArray<float>(rows * most * data.lanes);
     row_least_ = AlignedArray<float>(rows * data.lanes);
+    row_frames_ = AlignedArray<int>(rows * data.lanes);
+    for (std::size_t n = 0; n < rows; ++n) {
+      std::fill_n(row_frames_.data() + n * data.lanes, data.lanes,
+                  frames_in_box(static_cast<int>(n), rows_));
+    }
     box_least_ = AlignedArray<float>(most * data.lanes);
     rest_ = AlignedArray<float>((strips + 1) * most * data.lanes);
     path_ = AlignedArray<float>(rows * data.lanes);
     ends_ = AlignedArray<float>(most * data.lanes);
   }
 
-  // Until it is called again, `of` is about this group.
-  void fill(std::size_t group) {
+  // Until it is called again, `of` and `beyond` are about this group, `beyond` about `limit`.
+  void fill(std::size_t group, float limit) {
     group_ = group;
     const BoxGroup& boxes = data_.groups[group];
     const LaneKernels& kernels = data_.kernels;
     const auto rows = static_cast<int>(boxes_.cols());
     kernels.box_distances(boxes_.data(), rows, boxes.boxes.data(), boxes.box_count,
-                          static_cast<int>(boxes_.rows() / 2), distances_.data(), row_least_.data(),
-                          box_least_.data());
+                          static_cast<int>(boxes_.rows() / 2), data_.grid.unit(), distances_.data(),
+                          row_least_.data(), box_least_.data());
     kernels.rest_by_rows(distances_.data(), static_cast<int>(rows_), boxes.box_count, rest_.data());
     kernels.path_by_boxes(distances_.data(), boxes.frames.data(), rows, boxes.box_count,
                           path_.data(), ends_.data());
+    fill_beyond(limit);
   }
 
+  [[nodiscard]] float beyond(std::size_t lane) const { return beyond_[lane]; }
+
   [[nodiscard]] BoxBound of(std::size_t lane) const {
-    const int fragment = data_.order[group_ * data_.lanes + lane];
     BoxBound bound;
     bound.rows = rows_;
-    bound.frames = data_.fragments[static_cast<std::size_t>(fragment)].cols();
-    const auto last = static_cast<std::size_t>(box_count_for(bound.frames) - 1);
-    bound.path_by_boxes = ends_[last * data_.lanes + lane];
+    bound.frames = data_.frames_at[group_ * data_.lanes + lane];
     bound.rest_by_rows = rest_.data() + lane;
     bound.box_count = static_cast<std::size_t>(data_.groups[group_].box_count);
     bound.row_least = row_least_.data() + lane;
@@ -292,9 +285,32 @@ class BoxBounds {
   }
 
  private:
+  // By the cheapest paths through the boxes.
+  void fill_beyond(float limit) {
+    const LaneKernels& kernels = data_.kernels;
+    const BoxGroup& boxes = data_.groups[group_];
+    float rows_below[kMostLanes];
+    float frames_below[kMostLanes];
+    kernels.sums_below(row_least_.data(), row_frames_.data(), static_cast<int>(boxes_.cols()),
+                       limit, rows_below);
+    kernels.sums_below(box_least_.data(), boxes.frames.data(), boxes.box_count, limit,
+                       frames_below);
+    const std::size_t first = group_ * data_.lanes;
+    for (std::size_t l = 0; l < std::min(data_.lanes, data_.order.size() - first); ++l) {
+      const Index frames = data_.frames_at[first + l];
+      const auto last = static_cast<std::size_t>(box_count_for(frames) - 1);
+      const float by_rows = rest_[l] - limit * static_cast<float>(rows_) + frames_below[l];
+      const float by_boxes =
+          ends_[last * data_.lanes + l] - limit * static_cast<float>(frames) + rows_below[l];
+      beyond_[l] = std::max(by_rows, by_boxes);
+    }
+  }
+
   const PreparedFragments& data_;
   Index rows_;
-  Eigen::MatrixXf boxes_;  // of the query
+  Eigen::MatrixXi boxes_;  // of the query
+  std::array<float, kMostLanes> beyond_ = {};
+  AlignedArray<int> row_frames_;  // of the query's boxes, the same in all lanes
   std::size_t group_ = 0;
   // As LaneKernels names them.
   AlignedArray<float> distances_;
@@ -414,12 +430,11 @@ class FragmentIndex::Search {
     BoxBounds bounds(data_, rotated_);
     std::vector<int> left;
     for (const std::vector<int>& one : by_group(others)) {
-      bounds.fill(place(one[0]) / data_.lanes);
+      bounds.fill(place(one[0]) / data_.lanes, limit());
       for (const int i : one) {
-        const BoxBound bound = bounds.of(place(i) % data_.lanes);
-        const float most = limit();
-        if (bound.beyond(most) > 0.0F) continue;
-        if (!may_be_near(i, bound, most, rest)) continue;
+        const std::size_t lane = place(i) % data_.lanes;
+        if (bounds.beyond(lane) > 0.0F) continue;
+        if (!may_be_near(i, bounds.of(lane), limit(), rest)) continue;
         left.push_back(i);
         if (left.size() < data_.lanes) continue;
         align(left);
@@ -491,7 +506,8 @@ class FragmentIndex::Search {
     for (const int i : candidates) groups[place(i) / data_.lanes].push_back(i);
     std::erase_if(groups, [](const std::vector<int>& one) { return one.empty(); });
     const auto before = [&](int a, int b) { return is_before(a, b); };
-    for (std::vector<int>& one : groups) std::sort(one.begin(), one.end(), before);
+    for (std::vector<int>& one : groups)
+      std::iter_swap(one.begin(), std::min_element(one.begin(), one.end(), before));
     std::sort(groups.begin(), groups.end(),
               [&](const auto& a, const auto& b) { return before(a[0], b[0]); });
     return groups;
