@@ -21,8 +21,8 @@ using Eigen::Index;
 
 constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 // Leading coordinates that are bounded on their own by the boxes; the others are by their norm. Of
-// joint angles 8 hold most of the variance, 20 nearly all.
-constexpr Index kLeadingCoordinates = 20;
+// joint angles 8 hold most of the variance, 21 nearly all.
+constexpr Index kLeadingCoordinates = 21;
 constexpr Index kScreenedCoordinates = 27;  // likewise, by screening: with the norm 14 pairs
 static_assert(kScreenedCoordinates < CoarseGrid::kMostDimensions);
 constexpr Index kMostAxisFrames = 20000;  // the axes need not be exact to be axes
