@@ -61,47 +61,102 @@ RowFrames PackedRows::view(int begin, int count) const {
           count, dimensions_};
 }
 
-PackedStrips::PackedStrips(const Eigen::MatrixXf& scaled, const LaneKernels& kernels)
-    : dimensions_(static_cast<int>(scaled.rows())),
-      frame_count_(static_cast<int>(scaled.cols())),
+Frames<float> fine_frames(const Eigen::MatrixXf& scaled) {
+  return {scaled, scaled.colwise().squaredNorm()};
+}
+
+namespace {
+
+// Norms of frames within, and each coordinate of others, which are at most sqrt(kMostDimensions)
+// times as long: squared distances, and so those of boxes, stay below 2^31.
+constexpr float kLargestOnGrid = 7000.0F;
+
+// Numbers of 16 bits two by two, the first in the low half.
+Eigen::MatrixXi pairs_of(const Eigen::MatrixXf& whole) {
+  Eigen::MatrixXi pairs = Eigen::MatrixXi::Zero((whole.rows() + 1) / 2, whole.cols());
+  for (Eigen::Index q = 0; q < whole.cols(); ++q) {
+    for (Eigen::Index k = 0; k < whole.rows(); ++k) {
+      const auto half = static_cast<unsigned>(static_cast<int>(whole(k, q))) & 0xFFFFU;
+      int& pair = pairs(k / 2, q);
+      pair = static_cast<int>(static_cast<unsigned>(pair) | half << (k % 2 == 0 ? 0U : 16U));
+    }
+  }
+  return pairs;
+}
+
+}  // namespace
+
+CoarseGrid::CoarseGrid(float largest_norm)
+    : step_(largest_norm > 0.0F ? largest_norm / kLargestOnGrid : 1.0F) {}
+
+Eigen::MatrixXf CoarseGrid::in_cube(const Eigen::MatrixXf& scaled) const {
+  return (scaled / step_).cwiseMax(-kLargestOnGrid).cwiseMin(kLargestOnGrid);
+}
+
+Frames<int> CoarseGrid::frames(const Eigen::MatrixXf& scaled) const {
+  const Eigen::MatrixXf whole = in_cube(scaled).array().round();
+  return {pairs_of(whole), whole.colwise().squaredNorm() * unit()};
+}
+
+Eigen::MatrixXi CoarseGrid::lower_bounds(const Eigen::MatrixXf& scaled) const {
+  return pairs_of(in_cube(scaled).array().floor() + kLargestOnGrid);
+}
+
+Eigen::MatrixXi CoarseGrid::upper_bounds(const Eigen::MatrixXf& scaled) const {
+  return pairs_of(in_cube(scaled).array().ceil() + kLargestOnGrid);
+}
+
+float CoarseGrid::rounding(int dimensions) const {
+  return step_ * std::sqrt(static_cast<float>(dimensions));
+}
+
+template <typename Value>
+PackedStrips<Value>::PackedStrips(const Frames<Value>& frames, float factor,
+                                  const LaneKernels& kernels)
+    : dimensions_(static_cast<int>(frames.values.rows())),
+      frame_count_(static_cast<int>(frames.values.cols())),
       lanes_(kernels.lanes),
+      factor_(factor),
       values_(static_cast<std::size_t>(count()) * static_cast<std::size_t>(dimensions_ * lanes_)),
       norms_(static_cast<std::size_t>(count() * lanes_)) {
   for (int p = 0; p < frame_count_; ++p) {
-    const auto strip = static_cast<std::size_t>(p / lanes_);
-    const auto lane = static_cast<std::size_t>(lanes_ - 1 - p % lanes_);
-    const auto lanes = static_cast<std::size_t>(lanes_);
+    const int strip = p / lanes_;
+    const int lane = lanes_ - 1 - p % lanes_;
     for (int k = 0; k < dimensions_; ++k) {
-      values_[(strip * static_cast<std::size_t>(dimensions_) + static_cast<std::size_t>(k)) *
-                  lanes +
-              lane] = -2.0F * scaled(k, p);
+      values_[static_cast<std::size_t>((strip * dimensions_ + k) * lanes_ + lane)] =
+          frames.values(k, p);
     }
-    norms_[strip * lanes + lane] = scaled.col(p).tail(dimensions_ - 1).squaredNorm();
+    norms_[static_cast<std::size_t>(strip * lanes_ + lane)] = frames.norms(p);
   }
 }
 
-SkewedRows PackedStrips::view(int n, int first, int dimensions) const {
-  return {values_.data() + (static_cast<std::ptrdiff_t>(n) * dimensions_ + first) * lanes_,
+template <typename Value>
+SkewedRows<Value> PackedStrips<Value>::view(int n) const {
+  return {values_.data() + static_cast<std::ptrdiff_t>(n) * dimensions_ * lanes_,
           norms_.data() + static_cast<std::ptrdiff_t>(n) * lanes_,
-          std::min(lanes_, frame_count_ - n * lanes_), dimensions};
+          std::min(lanes_, frame_count_ - n * lanes_), dimensions_, factor_};
 }
 
-PackedFrames::PackedFrames(const Eigen::MatrixXf& scaled)
-    : dimensions_(static_cast<int>(scaled.rows())),
-      frame_count_(static_cast<int>(scaled.cols())),
-      values_(static_cast<std::size_t>(scaled.size() + scaled.cols() + 2 * kFramePadding)) {
-  float* first = values_.data() + kFramePadding;
-  Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-      first, scaled.rows(), scaled.cols()) = scaled;
-  Eigen::Map<Eigen::RowVectorXf>(first + scaled.size(), scaled.cols()) =
-      scaled.bottomRows(scaled.rows() - 1).colwise().squaredNorm();
+template <typename Value>
+PackedFrames<Value>::PackedFrames(const Frames<Value>& frames)
+    : frame_count_(static_cast<int>(frames.values.cols())),
+      values_(static_cast<std::size_t>(frames.values.size() + 2 * kFramePadding)),
+      norms_(static_cast<std::size_t>(frames.values.cols() + 2 * kFramePadding)) {
+  Eigen::Map<Eigen::Matrix<Value, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+      values_.data() + kFramePadding, frames.values.rows(), frames.values.cols()) = frames.values;
+  Eigen::Map<Eigen::RowVectorXf>(norms_.data() + kFramePadding, frames.norms.size()) = frames.norms;
 }
 
-FrameRows PackedFrames::view(int first) const {
-  const float* values = values_.data() + kFramePadding;
-  const std::ptrdiff_t stride = frame_count_;
-  return {values + first * stride, stride, values + dimensions_ * stride, frame_count_};
+template <typename Value>
+FrameRows<Value> PackedFrames<Value>::view() const {
+  return {values_.data() + kFramePadding, frame_count_, norms_.data() + kFramePadding,
+          frame_count_};
 }
+
+template class PackedStrips<float>;
+template class PackedStrips<int>;
+template class PackedFrames<float>;
+template class PackedFrames<int>;
 
 PackedLanes::PackedLanes(std::span<const Eigen::MatrixXf* const> scaled,
                          const LaneKernels& kernels) {

@@ -62,37 +62,74 @@ class PackedRows {
   AlignedArray<float> norms_;
 };
 
+/// A sequence for alignments one at a time, as the kernels take it: float as it is, or int, two
+/// whole numbers each.
+template <typename Value>
+struct Frames {
+  Eigen::Matrix<Value, Eigen::Dynamic, Eigen::Dynamic> values;  ///< D x T
+  Eigen::RowVectorXf norms;                                     ///< squared, of each frame
+};
+
+/// Scaled frames for `PackedStrips<float>` and `PackedFrames<float>`.
+[[nodiscard]] Frames<float> fine_frames(const Eigen::MatrixXf& scaled);
+
+/// Whole numbers of 16 bits for coordinates and for boxes, for lower bounds of distances.
+class CoarseGrid {
+ public:
+  static constexpr int kMostDimensions = 28;
+
+  CoarseGrid() = default;
+  /// @param largest_norm  of all frames of one of the two sequences that are compared.
+  explicit CoarseGrid(float largest_norm);
+
+  /// At most kMostDimensions x T, rounded to the grid and to the cube around `largest_norm`:
+  /// distances to frames that lie in it grow by rounding alone.
+  [[nodiscard]] Frames<int> frames(const Eigen::MatrixXf& scaled) const;
+  /// How much farther apart two frames of so many coordinates can be on the grid than they are.
+  [[nodiscard]] float rounding(int dimensions) const;
+  /// Bounds of boxes as LaneKernels::box_distances takes them, rounded outwards and to the cube.
+  [[nodiscard]] Eigen::MatrixXi lower_bounds(const Eigen::MatrixXf& scaled) const;
+  [[nodiscard]] Eigen::MatrixXi upper_bounds(const Eigen::MatrixXf& scaled) const;
+  /// Square of a step.
+  [[nodiscard]] float unit() const noexcept { return step_ * step_; }
+  /// SkewedRows::factor.
+  [[nodiscard]] float factor() const noexcept { return -2.0F * unit(); }
+
+ private:
+  [[nodiscard]] Eigen::MatrixXf in_cube(const Eigen::MatrixXf& scaled) const;
+  float step_ = 1.0F;
+};
+
 /// A sequence as rows for alignments one at a time: strips of `lanes` of them.
+template <typename Value>
 class PackedStrips {
  public:
-  /// @param scaled  D x N, of a Scaling; the norm of a frame is that of features [1, D).
-  PackedStrips(const Eigen::MatrixXf& scaled, const LaneKernels& kernels);
+  PackedStrips(const Frames<Value>& frames, float factor, const LaneKernels& kernels);
 
   [[nodiscard]] int count() const noexcept { return (frame_count_ + lanes_ - 1) / lanes_; }
-  /// Features [first, first + dimensions) of strip n.
-  [[nodiscard]] SkewedRows view(int n, int first, int dimensions) const;
+  [[nodiscard]] SkewedRows<Value> view(int n) const;
 
  private:
   int dimensions_;
   int frame_count_;
   int lanes_;
-  AlignedArray<float> values_;
+  float factor_;
+  AlignedArray<Value> values_;
   AlignedArray<float> norms_;
 };
 
 /// A sequence feature by feature, for alignments one at a time.
+template <typename Value>
 class PackedFrames {
  public:
-  /// @param scaled  D x T, of a Scaling; the norm of a frame is that of features [1, D).
-  explicit PackedFrames(const Eigen::MatrixXf& scaled);
+  explicit PackedFrames(const Frames<Value>& frames);
 
-  /// Features from `first` on.
-  [[nodiscard]] FrameRows view(int first) const;
+  [[nodiscard]] FrameRows<Value> view() const;
 
  private:
-  int dimensions_;
   int frame_count_;
-  AlignedArray<float> values_;  // feature by feature, then the norms
+  AlignedArray<Value> values_;
+  AlignedArray<float> norms_;
 };
 
 /// Up to `lanes` sequences side by side as the kernels' lanes; what is padded is 0.

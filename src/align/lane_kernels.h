@@ -39,17 +39,22 @@ struct LaneFrames {
 inline constexpr int kFramePadding = 16;
 
 /// At most `lanes` rows of a sequence for `excess_strip`, the last one first: feature k of row p is
-/// values[k * lanes + lanes - 1 - p], times -2, |x_p|^2 is norms[lanes - 1 - p].
+/// values[k * lanes + lanes - 1 - p], |x_p|^2 is norms[lanes - 1 - p], and distances are
+/// |x|^2 + |y|^2 + factor x'y. Value is float; or int, each two whole numbers of 16 bits (16-bit
+/// features 2k and 2k + 1), whose products' sums must stay below 2^31.
+template <typename Value>
 struct SkewedRows {
-  const float* values;
+  const Value* values;
   const float* norms;
   int count;
   int dimensions;
+  float factor;
 };
 
 /// A sequence feature by feature: feature k of frame q is values[k * stride + q], |y_q|^2 norms[q].
+template <typename Value>
 struct FrameRows {
-  const float* values;
+  const Value* values;
   std::ptrdiff_t stride;
   const float* norms;
   int count;
@@ -112,18 +117,25 @@ struct LaneKernels {
   /// x's first, infinity where there is none or it was given up (before the first row of all, 0 at
   /// q = -1 alone), overwritten by those to x's last. `live` holds all other q >= 0.
   /// @returns where paths are left.
-  FrameRange (*excess_strip)(const SkewedRows& x, const FrameRows& y, float limit,
+  FrameRange (*excess_strip)(const SkewedRows<float>& x, const FrameRows<float>& y, float limit,
                              const RestOfPath& rest, FrameRange live, float* cost);
+  /// The same by whole numbers.
+  FrameRange (*coarse_excess_strip)(const SkewedRows<int>& x, const FrameRows<int>& y, float limit,
+                                    const RestOfPath& rest, FrameRange live, float* cost);
 
   /// to[n * lanes + l] = from[l][n] for all n < count[l], else 0, n < most_count.
   void (*interleave)(const float* const* from, const int* count, int most_count, float* to);
 
-  /// Squared distances between boxes of two sequences, row_count x box_count x lanes, and the least
-  /// of each row (row_least, row_count x lanes) and of each box (box_least, box_count x lanes).
-  /// A row's box has its lower bounds, then its upper ones, `dimensions` of each; so have the
-  /// lanes' boxes, `lanes` side by side.
-  void (*box_distances)(const float* rows, int row_count, const float* boxes, int box_count,
-                        int dimensions, float* distances, float* row_least, float* box_least);
+  /// Squared distances between boxes of two sequences times `unit`, row_count x box_count x lanes,
+  /// and the least of each row (row_least, row_count x lanes) and of each box (box_least, box_count
+  /// x lanes). Bounds are two whole numbers from 0 to 2^15 - 1 each, as in SkewedRows; sums of
+  /// squares must stay below 2^31. A row's box has its lower bounds, then its upper ones,
+  /// `dimensions` ints of each; so have the lanes' boxes, `lanes` side by side.
+  void (*box_distances)(const int* rows, int row_count, const int* boxes, int box_count,
+                        int dimensions, float unit, float* distances, float* row_least,
+                        float* box_least);
+  /// sums[l] = the sum over n of frames[n * lanes + l] min(0, least[n * lanes + l] - limit).
+  void (*sums_below)(const float* least, const int* frames, int count, float limit, float* sums);
 
   /// The cheapest monotone paths through such distances to the last of `frame_count` frames, of
   /// which a row has kBoxFrames, charging a cell for each: rest[(n * box_count + b) * lanes + l] is

@@ -20,9 +20,11 @@ using base::ErrorKind;
 using Eigen::Index;
 
 constexpr float kUnreachable = std::numeric_limits<float>::infinity();
-// Leading coordinates that are bounded on their own, by the boxes and by screening; the others are
-// by their norm. Of joint angles 8 hold most of the variance, 20 nearly all.
-constexpr Index kLeadingCoordinates = 20;
+// Leading coordinates that are bounded on their own by the boxes; the others are by their norm. Of
+// joint angles 8 hold most of the variance, 21 nearly all.
+constexpr Index kLeadingCoordinates = 21;
+constexpr Index kScreenedCoordinates = 27;  // likewise, by screening: with the norm 14 pairs
+static_assert(kScreenedCoordinates < CoarseGrid::kMostDimensions);
 constexpr Index kMostAxisFrames = 20000;  // the axes need not be exact to be axes
 
 int box_count_for(Index frames) {
@@ -60,10 +62,11 @@ Eigen::RowVectorXf norm_behind(const Eigen::MatrixXf& rotated, Index leading) {
   return rotated.bottomRows(std::max<Index>(rotated.rows() - leading, 0)).colwise().norm();
 }
 
-// What screening looks at first, then the rest: norm_behind, then all coordinates.
-Eigen::MatrixXf screened_first(const Eigen::MatrixXf& rotated) {
-  Eigen::MatrixXf values(rotated.rows() + 1, rotated.cols());
-  values << norm_behind(rotated, kLeadingCoordinates), rotated;
+// What screening looks at.
+Eigen::MatrixXf screened(const Eigen::MatrixXf& rotated) {
+  const Index leading = std::min(rotated.rows(), kScreenedCoordinates);
+  Eigen::MatrixXf values(leading + 1, rotated.cols());
+  values << rotated.topRows(leading), norm_behind(rotated, leading);
   return values;
 }
 
@@ -80,45 +83,49 @@ Eigen::VectorXf outline_of(const Eigen::MatrixXf& rotated) {
 }
 
 // Lower bounds, then upper bounds, a column a box.
-Eigen::MatrixXf boxes_of(const Eigen::MatrixXf& rotated) {
+Eigen::MatrixXi boxes_of(const Eigen::MatrixXf& rotated, const CoarseGrid& grid) {
   const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
   Eigen::MatrixXf values(leading + 1, rotated.cols());
   values << rotated.topRows(leading), norm_behind(rotated, leading);
-  Eigen::MatrixXf boxes(2 * values.rows(), box_count_for(values.cols()));
-  for (Index n = 0; n < boxes.cols(); ++n) {
+  Eigen::MatrixXf least(values.rows(), box_count_for(values.cols()));
+  Eigen::MatrixXf most(values.rows(), least.cols());
+  for (Index n = 0; n < least.cols(); ++n) {
     const auto part =
         values.middleCols(n * kBoxFrames, frames_in_box(static_cast<int>(n), values.cols()));
-    boxes.col(n) << part.rowwise().minCoeff(), part.rowwise().maxCoeff();
+    least.col(n) = part.rowwise().minCoeff();
+    most.col(n) = part.rowwise().maxCoeff();
   }
+  const Eigen::MatrixXi lower = grid.lower_bounds(least);
+  Eigen::MatrixXi boxes(2 * lower.rows(), lower.cols());
+  boxes << lower, grid.upper_bounds(most);
   return boxes;
 }
 
-// `lanes` fragments' boxes side by side.
+// `lanes` fragments' boxes side by side. Behind a fragment's end its last box is repeated: a path
+// that goes on there costs what it costs to stay.
 struct BoxGroup {
   int box_count = 0;  // of the longest
-  AlignedArray<float> boxes;
+  AlignedArray<int> boxes;
   AlignedArray<int> frames;  // box_count x lanes
 };
 
-BoxGroup box_group(std::span<const Eigen::MatrixXf* const> rotated, std::size_t lanes) {
-  // Behind a fragment's end there is nothing near anything: no scaled value is beyond 2.
-  constexpr float kFar = 1e6F;
+BoxGroup box_group(std::span<const Eigen::MatrixXf* const> rotated, const CoarseGrid& grid,
+                   std::size_t lanes) {
+  std::vector<Eigen::MatrixXi> boxes;
+  for (const Eigen::MatrixXf* fragment : rotated) boxes.push_back(boxes_of(*fragment, grid));
   BoxGroup group;
-  for (const Eigen::MatrixXf* fragment : rotated) {
-    group.box_count = std::max(group.box_count, box_count_for(fragment->cols()));
-  }
-  const auto height =
-      static_cast<std::size_t>(2 * (std::min(rotated[0]->rows(), kLeadingCoordinates) + 1));
+  for (const Eigen::MatrixXi& of_lane : boxes)
+    group.box_count = std::max(group.box_count, static_cast<int>(of_lane.cols()));
+  const auto height = static_cast<std::size_t>(boxes[0].rows());
   const auto count = static_cast<std::size_t>(group.box_count);
-  group.boxes = AlignedArray<float>(count * height * lanes);
+  group.boxes = AlignedArray<int>(count * height * lanes);
   group.frames = AlignedArray<int>(count * lanes);
-  std::fill_n(group.boxes.data(), count * height * lanes, kFar);
-  for (std::size_t l = 0; l < rotated.size(); ++l) {
-    const Eigen::MatrixXf boxes = boxes_of(*rotated[l]);
-    for (std::size_t n = 0; n < static_cast<std::size_t>(boxes.size()); ++n) {
-      group.boxes[n * lanes + l] = boxes.data()[n];
-    }
+  for (std::size_t l = 0; l < boxes.size(); ++l) {
     for (std::size_t n = 0; n < count; ++n) {
+      const int* box = boxes[l].col(std::min(static_cast<Index>(n), boxes[l].cols() - 1)).data();
+      for (std::size_t k = 0; k < height; ++k) {
+        group.boxes[(n * height + k) * lanes + l] = box[k];
+      }
       group.frames[n * lanes + l] = frames_in_box(static_cast<int>(n), rotated[l]->cols());
     }
   }
@@ -142,14 +149,17 @@ struct PreparedFragments {
   std::size_t lanes = static_cast<std::size_t>(kernels.lanes);
   std::span<const Eigen::MatrixXd> fragments;
   Scaling scaling;
-  Eigen::MatrixXd axes;                  // D x D
-  std::vector<Eigen::MatrixXf> rotated;  // one a fragment, scaled, for lanes
-  std::vector<PackedFrames> packed;      // screened_first, for alignments one at a time
-  Eigen::MatrixXf outlines;              // a column a fragment
-  float largest_norm = 0.0F;             // squared, of all frames
-  std::vector<BoxGroup> groups;          // fragments by falling length
-  std::vector<int> order;                // fragment at each place, group * lanes + lane
-  std::vector<std::size_t> place;        // of each fragment
+  Eigen::MatrixXd axes;                     // D x D
+  std::vector<Eigen::MatrixXf> rotated;     // one a fragment, scaled, for lanes
+  std::vector<PackedFrames<float>> packed;  // the same for alignments one at a time
+  CoarseGrid grid;
+  std::vector<PackedFrames<int>> coarse;  // `screened`, on the grid
+  Eigen::MatrixXf outlines;               // a column a fragment
+  float largest_norm = 0.0F;              // squared, of all frames
+  std::vector<BoxGroup> groups;           // fragments by falling length
+  std::vector<int> order;                 // fragment at each place, group * lanes + lane
+  std::vector<Index> frames_at;           // of the fragment at each place
+  std::vector<std::size_t> place;         // of each fragment
 
   explicit PreparedFragments(std::span<const Eigen::MatrixXd> all) : fragments(all) {
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -162,9 +172,12 @@ struct PreparedFragments {
     axes = principal_axes(all, scaling.center);
     for (const Eigen::MatrixXd& fragment : all) {
       rotated.push_back(rotate(fragment, scaling));
-      packed.emplace_back(screened_first(rotated.back()));
+      packed.emplace_back(fine_frames(rotated.back()));
       largest_norm = std::max(largest_norm, rotated.back().colwise().squaredNorm().maxCoeff());
     }
+    grid = CoarseGrid(std::sqrt(largest_norm));
+    for (const Eigen::MatrixXf& fragment : rotated)
+      coarse.emplace_back(grid.frames(screened(fragment)));
     outlines.resize(outline_of(rotated[0]).size(), static_cast<Index>(rotated.size()));
     for (std::size_t i = 0; i < rotated.size(); ++i)
       outlines.col(static_cast<Index>(i)) = outline_of(rotated[i]);
@@ -183,9 +196,10 @@ struct PreparedFragments {
     for (std::size_t n = 0; n < order.size(); ++n) {
       const auto i = static_cast<std::size_t>(order[n]);
       place[i] = n;
+      frames_at.push_back(fragments[i].cols());
       group.push_back(&rotated[i]);
       if (group.size() < lanes && n + 1 < order.size()) continue;
-      groups.push_back(box_group(group, lanes));
+      groups.push_back(box_group(group, grid, lanes));
       group.clear();
     }
   }
@@ -200,7 +214,6 @@ struct PreparedFragments {
 // where the first sum is at least the cheapest monotone path's through the boxes. The greater of
 // both ways round counts. The same holds of what is left of a path behind a cell.
 struct BoxBound {
-  float path_by_boxes = 0.0F;  // sum of d(., q), along the cheapest path through the boxes
   // Sums of d(p, .), likewise, behind each strip of `lanes` rows: LaneKernels::rest_by_rows.
   const float* rest_by_rows = nullptr;
   std::size_t box_count = 0;
@@ -217,30 +230,13 @@ struct BoxBound {
   [[nodiscard]] float of_frame(Index q) const {
     return box_least[static_cast<std::size_t>(q / kBoxFrames) * lanes];
   }
-
-  [[nodiscard]] float path_by_rows() const { return rest_by_rows[0]; }
-
-  [[nodiscard]] float beyond(float limit) const {
-    float row_extra = 0.0F;
-    for (int n = 0; n < box_count_for(rows); ++n) {
-      row_extra += static_cast<float>(frames_in_box(n, rows)) *
-                   std::min(0.0F, of_row(n * kBoxFrames) - limit);
-    }
-    float frame_extra = 0.0F;
-    for (int n = 0; n < box_count_for(frames); ++n) {
-      frame_extra += static_cast<float>(frames_in_box(n, frames)) *
-                     std::min(0.0F, of_frame(n * kBoxFrames) - limit);
-    }
-    return std::max(path_by_rows() - limit * static_cast<float>(rows) + frame_extra,
-                    path_by_boxes - limit * static_cast<float>(frames) + row_extra);
-  }
 };
 
 // The bounds of a group's fragments with one query.
 class BoxBounds {
  public:
   BoxBounds(const PreparedFragments& data, const Eigen::MatrixXf& rotated)
-      : data_(data), rows_(rotated.cols()), boxes_(boxes_of(rotated)) {
+      : data_(data), rows_(rotated.cols()), boxes_(boxes_of(rotated, data.grid)) {
     std::size_t most = 0;
     for (const BoxGroup& group : data.groups)
       most = std::max(most, static_cast<std::size_t>(group.box_count));
@@ -248,33 +244,38 @@ class BoxBounds {
     const std::size_t strips = (static_cast<std::size_t>(rows_) + data.lanes - 1) / data.lanes;
     distances_ = AlignedArray<float>(rows * most * data.lanes);
     row_least_ = AlignedArray<float>(rows * data.lanes);
+    row_frames_ = AlignedArray<int>(rows * data.lanes);
+    for (std::size_t n = 0; n < rows; ++n) {
+      std::fill_n(row_frames_.data() + n * data.lanes, data.lanes,
+                  frames_in_box(static_cast<int>(n), rows_));
+    }
     box_least_ = AlignedArray<float>(most * data.lanes);
     rest_ = AlignedArray<float>((strips + 1) * most * data.lanes);
     path_ = AlignedArray<float>(rows * data.lanes);
     ends_ = AlignedArray<float>(most * data.lanes);
   }
 
-  // Until it is called again, `of` is about this group.
-  void fill(std::size_t group) {
+  // Until it is called again, `of` and `beyond` are about this group, `beyond` about `limit`.
+  void fill(std::size_t group, float limit) {
     group_ = group;
     const BoxGroup& boxes = data_.groups[group];
     const LaneKernels& kernels = data_.kernels;
     const auto rows = static_cast<int>(boxes_.cols());
     kernels.box_distances(boxes_.data(), rows, boxes.boxes.data(), boxes.box_count,
-                          static_cast<int>(boxes_.rows() / 2), distances_.data(), row_least_.data(),
-                          box_least_.data());
+                          static_cast<int>(boxes_.rows() / 2), data_.grid.unit(), distances_.data(),
+                          row_least_.data(), box_least_.data());
     kernels.rest_by_rows(distances_.data(), static_cast<int>(rows_), boxes.box_count, rest_.data());
     kernels.path_by_boxes(distances_.data(), boxes.frames.data(), rows, boxes.box_count,
                           path_.data(), ends_.data());
+    fill_beyond(limit);
   }
 
+  [[nodiscard]] float beyond(std::size_t lane) const { return beyond_[lane]; }
+
   [[nodiscard]] BoxBound of(std::size_t lane) const {
-    const int fragment = data_.order[group_ * data_.lanes + lane];
     BoxBound bound;
     bound.rows = rows_;
-    bound.frames = data_.fragments[static_cast<std::size_t>(fragment)].cols();
-    const auto last = static_cast<std::size_t>(box_count_for(bound.frames) - 1);
-    bound.path_by_boxes = ends_[last * data_.lanes + lane];
+    bound.frames = data_.frames_at[group_ * data_.lanes + lane];
     bound.rest_by_rows = rest_.data() + lane;
     bound.box_count = static_cast<std::size_t>(data_.groups[group_].box_count);
     bound.row_least = row_least_.data() + lane;
@@ -284,9 +285,32 @@ class BoxBounds {
   }
 
  private:
+  // By the cheapest paths through the boxes.
+  void fill_beyond(float limit) {
+    const LaneKernels& kernels = data_.kernels;
+    const BoxGroup& boxes = data_.groups[group_];
+    float rows_below[kMostLanes];
+    float frames_below[kMostLanes];
+    kernels.sums_below(row_least_.data(), row_frames_.data(), static_cast<int>(boxes_.cols()),
+                       limit, rows_below);
+    kernels.sums_below(box_least_.data(), boxes.frames.data(), boxes.box_count, limit,
+                       frames_below);
+    const std::size_t first = group_ * data_.lanes;
+    for (std::size_t l = 0; l < std::min(data_.lanes, data_.order.size() - first); ++l) {
+      const Index frames = data_.frames_at[first + l];
+      const auto last = static_cast<std::size_t>(box_count_for(frames) - 1);
+      const float by_rows = rest_[l] - limit * static_cast<float>(rows_) + frames_below[l];
+      const float by_boxes =
+          ends_[last * data_.lanes + l] - limit * static_cast<float>(frames) + rows_below[l];
+      beyond_[l] = std::max(by_rows, by_boxes);
+    }
+  }
+
   const PreparedFragments& data_;
   Index rows_;
-  Eigen::MatrixXf boxes_;  // of the query
+  Eigen::MatrixXi boxes_;  // of the query
+  std::array<float, kMostLanes> beyond_ = {};
+  AlignedArray<int> row_frames_;  // of the query's boxes, the same in all lanes
   std::size_t group_ = 0;
   // As LaneKernels names them.
   AlignedArray<float> distances_;
@@ -377,8 +401,11 @@ class FragmentIndex::Search {
       : data_(data),
         rotated_(data.rotate(features, data.scaling)),
         rows_(rotated_, data.kernels),
-        strips_(screened_first(rotated_), data.kernels),
+        strips_(fine_frames(rotated_), -2.0F, data.kernels),
+        coarse_strips_(data.grid.frames(screened(rotated_)), data.grid.factor(), data.kernels),
         count_(static_cast<std::size_t>(count)),
+        rounding_(data.grid.rounding(
+            1 + static_cast<int>(std::min(rotated_.rows(), kScreenedCoordinates)))),
         slack_(1e-6F * (data.largest_norm + rotated_.colwise().squaredNorm().maxCoeff())) {}
 
   void run_all(std::vector<int> candidates) {
@@ -403,13 +430,11 @@ class FragmentIndex::Search {
     BoxBounds bounds(data_, rotated_);
     std::vector<int> left;
     for (const std::vector<int>& one : by_group(others)) {
-      bounds.fill(place(one[0]) / data_.lanes);
+      bounds.fill(place(one[0]) / data_.lanes, limit());
       for (const int i : one) {
-        const BoxBound bound = bounds.of(place(i) % data_.lanes);
-        const float most = limit();
-        if (bound.beyond(most) > 0.0F) continue;
-        rest.fill(bound, most);
-        if (!may_be_near(i, rest, most)) continue;
+        const std::size_t lane = place(i) % data_.lanes;
+        if (bounds.beyond(lane) > 0.0F) continue;
+        if (!may_be_near(i, bounds.of(lane), limit(), rest)) continue;
         left.push_back(i);
         if (left.size() < data_.lanes) continue;
         align(left);
@@ -481,36 +506,43 @@ class FragmentIndex::Search {
     for (const int i : candidates) groups[place(i) / data_.lanes].push_back(i);
     std::erase_if(groups, [](const std::vector<int>& one) { return one.empty(); });
     const auto before = [&](int a, int b) { return is_before(a, b); };
-    for (std::vector<int>& one : groups) std::sort(one.begin(), one.end(), before);
+    for (std::vector<int>& one : groups)
+      std::iter_swap(one.begin(), std::min_element(one.begin(), one.end(), before));
     std::sort(groups.begin(), groups.end(),
               [&](const auto& a, const auto& b) { return before(a[0], b[0]); });
     return groups;
   }
 
-  // Whether a path costs `most` a cell or less: by the leading coordinates, a third of the work,
+  // Whether a path costs `most` a cell or less: by the leading coordinates, a fraction of the work,
   // then by all of them.
-  [[nodiscard]] bool may_be_near(int fragment, const Rest& rest, float most) {
-    const FrameRows frames = data_.packed[static_cast<std::size_t>(fragment)].view(0);
-    const auto coordinates = static_cast<int>(rotated_.rows());
-    const int screened = std::min(static_cast<int>(kLeadingCoordinates), coordinates);
-    if (!has_path(frames, 0, 1 + screened, rest, most)) return false;
-    if (has_path(data_.packed[static_cast<std::size_t>(fragment)].view(1), 1, coordinates, rest,
-                 most))
+  //
+  // On the grid distances d are at most (sqrt(d) + r)^2, r what rounding adds. For each r' in (0,
+  // 1) that is at most d / (1 - r') + r^2 / r', and with r' = r / (sqrt(most) + r): a path that
+  // costs `most` a cell or less costs (sqrt(most) + r)^2 or less there.
+  [[nodiscard]] bool may_be_near(int fragment, const BoxBound& bound, float most, Rest& rest) {
+    const auto n = static_cast<std::size_t>(fragment);
+    const float root = std::sqrt(most) + rounding_;
+    const float most_on_grid = root * root;
+    rest.fill(bound, most_on_grid);
+    if (!has_path(coarse_strips_, data_.coarse[n].view(), data_.kernels.coarse_excess_strip, rest,
+                  most_on_grid))
+      return false;
+    rest.fill(bound, most);
+    if (has_path(strips_, data_.packed[n].view(), data_.kernels.excess_strip, rest, most))
       return true;
-    cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames.count);
+    cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames_of(fragment));
     return false;
   }
 
-  // The same by `dimensions` rows of screened_first from `first` on, which `frames` are.
-  [[nodiscard]] bool has_path(const FrameRows& frames, int first, int dimensions, const Rest& rest,
-                              float most) {
+  template <typename Value, typename Strip>
+  [[nodiscard]] bool has_path(const PackedStrips<Value>& strips, const FrameRows<Value>& frames,
+                              Strip excess_strip, const Rest& rest, float most) {
     float* cost = costs_.data() + kFramePadding;
     std::fill_n(costs_.data(), frames.count + 2 * kFramePadding, kUnreachable);
     cost[-1] = 0.0F;
     FrameRange live = {0, 0};
-    for (int n = 0; n < strips_.count(); ++n) {
-      live = data_.kernels.excess_strip(strips_.view(n, first, dimensions), frames, most,
-                                        rest.view(n), live, cost);
+    for (int n = 0; n < strips.count(); ++n) {
+      live = excess_strip(strips.view(n), frames, most, rest.view(n), live, cost);
       if (live.begin >= live.end) return false;
     }
     return live.end == frames.count;
@@ -546,8 +578,10 @@ class FragmentIndex::Search {
   const Data& data_;
   Eigen::MatrixXf rotated_;
   PackedRows rows_;
-  PackedStrips strips_;  // screened_first
+  PackedStrips<float> strips_;
+  PackedStrips<int> coarse_strips_;  // `screened`
   std::size_t count_;
+  float rounding_;             // what the grid adds to a distance
   float slack_;                // what single precision may be wrong by, a cell
   std::vector<float> keys_;    // what candidates are sorted by
   AlignedArray<float> costs_;  // of has_path

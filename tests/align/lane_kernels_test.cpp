@@ -1,6 +1,8 @@
 #include "align/lane_kernels.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <gmock/gmock.h>
@@ -187,6 +189,127 @@ TEST_P(LaneKernelsTest, SegmentationIsTheCheapestOfALongInput) {
     const double expected = plain_one_stage_cost(input, fragments, snippet_cost);
     const auto found = segment(input, fragments, {.snippet_cost = snippet_cost});
     EXPECT_NEAR(found->cost, expected, 1e-9 * expected);
+  }
+}
+
+// The two numbers of 16 bits of each.
+Eigen::MatrixXf unpaired(const Eigen::MatrixXi& pairs) {
+  Eigen::MatrixXf whole(2 * pairs.rows(), pairs.cols());
+  for (Eigen::Index n = 0; n < pairs.size(); ++n) {
+    whole.data()[2 * n] = static_cast<std::int16_t>(pairs.data()[n] & 0xFFFF);
+    whole.data()[2 * n + 1] = static_cast<std::int16_t>(pairs.data()[n] >> 16);
+  }
+  return whole;
+}
+
+TEST(CoarseGrid, MovesFramesApartByRoundingAtMost) {
+  base::Rng rng(7);
+  for (int trial = 0; trial < 20; ++trial) {
+    const int dimensions = 1 + rng.index(CoarseGrid::kMostDimensions);
+    const Eigen::MatrixXf x = random_features(dimensions, 10, rng).cast<float>();
+    const float reach = trial % 2 == 0 ? 1.0F : 30.0F;  // beyond the cube, too
+    const Eigen::MatrixXf y = reach * random_features(dimensions, 10, rng).cast<float>();
+    const CoarseGrid grid(x.colwise().norm().maxCoeff());
+    const Eigen::MatrixXf on_grid_x = unpaired(grid.frames(x).values);
+    const Eigen::MatrixXf on_grid_y = unpaired(grid.frames(y).values);
+    for (Eigen::Index q = 0; q < x.cols(); ++q) {
+      const float there = std::sqrt(grid.unit()) * (on_grid_x.col(q) - on_grid_y.col(q)).norm();
+      const float distance = (x.col(q) - y.col(q)).norm();
+      EXPECT_LE(there, distance * 1.00001F + grid.rounding(dimensions));
+      EXPECT_LE((unpaired(grid.lower_bounds(x)) - unpaired(grid.upper_bounds(x))).maxCoeff(), 0);
+    }
+  }
+}
+
+// Squared gaps between the boxes that two columns are, lower bounds first.
+float plain_box_distance(const Eigen::VectorXi& a, const Eigen::VectorXi& b) {
+  const Eigen::VectorXf x = unpaired(a);
+  const Eigen::VectorXf y = unpaired(b);
+  const Eigen::Index half = x.size() / 2;
+  return (x.head(half) - y.tail(half))
+      .cwiseMax(y.head(half) - x.tail(half))
+      .cwiseMax(0.0F)
+      .squaredNorm();
+}
+
+// What paths cost from frame `from` on, one frame at a time, by the box that it is in.
+Eigen::RowVectorXf plain_rest(const Eigen::MatrixXf& distances, int from, int frames) {
+  Eigen::RowVectorXf rest = Eigen::RowVectorXf::Zero(distances.cols());
+  for (int f = frames - 1; f >= from; --f) {
+    rest += distances.row(f / kBoxFrames);
+    if (f == 0) continue;
+    for (Eigen::Index b = rest.size() - 2; b >= 0; --b) rest(b) = std::min(rest(b), rest(b + 1));
+  }
+  return rest;
+}
+
+TEST_P(LaneKernelsTest, BoxPathsAreTheCheapestFrameByFrame) {
+  base::Rng rng(8);
+  const auto lanes = static_cast<std::size_t>(kernels().lanes);
+  constexpr int kDimensions = 5;
+  const CoarseGrid grid(10.0F);
+  const auto boxes_of = [&](int count) {
+    const Eigen::MatrixXf middle = random_features(2 * kDimensions, count, rng).cast<float>();
+    Eigen::MatrixXi boxes(2 * kDimensions, count);
+    boxes << grid.lower_bounds(middle.array() - 0.2F), grid.upper_bounds(middle.array() + 0.2F);
+    return boxes;
+  };
+  for (int trial = 0; trial < 30; ++trial) {
+    SCOPED_TRACE(trial);
+    const int frames = 1 + rng.index(50);
+    const Eigen::MatrixXi rows = boxes_of((frames + kBoxFrames - 1) / kBoxFrames);
+    const auto row_count = static_cast<std::size_t>(rows.cols());
+    const auto box_count = static_cast<std::size_t>(1 + rng.index(7));
+    std::vector<Eigen::MatrixXi> boxes;
+    std::vector<int> packed(2 * kDimensions * box_count * lanes);
+    std::vector<int> box_frames(box_count * lanes, kBoxFrames);
+    for (std::size_t l = 0; l < lanes; ++l) {
+      boxes.push_back(boxes_of(static_cast<int>(box_count)));
+      for (Eigen::Index n = 0; n < boxes[l].size(); ++n)
+        packed[static_cast<std::size_t>(n) * lanes + l] = boxes[l].data()[n];
+      box_frames[(box_count - 1) * lanes + l] = 1 + rng.index(kBoxFrames);
+    }
+    const std::size_t strips = (static_cast<std::size_t>(frames) + lanes - 1) / lanes;
+    std::vector<float> d(row_count * box_count * lanes);
+    std::vector<float> row_least(row_count * lanes);
+    std::vector<float> box_least(box_count * lanes);
+    std::vector<float> rest((strips + 1) * box_count * lanes);
+    std::vector<float> path(row_count * lanes);
+    std::vector<float> ends(box_count * lanes);
+    kernels().box_distances(rows.data(), static_cast<int>(row_count), packed.data(),
+                            static_cast<int>(box_count), kDimensions, 1.0F, d.data(),
+                            row_least.data(), box_least.data());
+    kernels().rest_by_rows(d.data(), frames, static_cast<int>(box_count), rest.data());
+    kernels().path_by_boxes(d.data(), box_frames.data(), static_cast<int>(row_count),
+                            static_cast<int>(box_count), path.data(), ends.data());
+    for (std::size_t l = 0; l < lanes; ++l) {
+      Eigen::MatrixXf plain(rows.cols(), boxes[l].cols());
+      for (Eigen::Index p = 0; p < plain.rows(); ++p) {
+        for (Eigen::Index b = 0; b < plain.cols(); ++b) {
+          plain(p, b) = plain_box_distance(rows.col(p), boxes[l].col(b));
+          const std::size_t cell = static_cast<std::size_t>(p * plain.cols() + b) * lanes + l;
+          ASSERT_NEAR(d[cell], plain(p, b), 1e-5F * plain(p, b));
+        }
+        EXPECT_NEAR(row_least[static_cast<std::size_t>(p) * lanes + l], plain.row(p).minCoeff(),
+                    1e-5F * plain.row(p).minCoeff());
+      }
+      for (std::size_t n = 0; n <= strips; ++n) {
+        const Eigen::RowVectorXf expected = plain_rest(plain, static_cast<int>(n * lanes), frames);
+        for (std::size_t b = 0; b < box_count; ++b) {
+          const float one = expected(static_cast<Eigen::Index>(b));
+          EXPECT_NEAR(rest[(n * box_count + b) * lanes + l], one, 1e-5F * one);
+        }
+      }
+      const int count =
+          static_cast<int>(box_count - 1) * kBoxFrames + box_frames[(box_count - 1) * lanes + l];
+      Eigen::RowVectorXf cost = Eigen::RowVectorXf::Zero(plain.rows());
+      for (int f = 0; f < count; ++f) {
+        for (Eigen::Index p = 1; p < cost.size(); ++p) cost(p) = std::min(cost(p), cost(p - 1));
+        cost += plain.col(f / kBoxFrames).transpose();
+      }
+      const float last = cost(cost.size() - 1);
+      EXPECT_NEAR(ends[(box_count - 1) * lanes + l], last, 1e-5F * last);
+    }
   }
 }
 

@@ -34,14 +34,15 @@ struct NearestFragments {
 /// axes; each run of 8 frames has a box around its leading coordinates and around the norm of the
 /// others. The distances between the boxes of two sequences, and the cheapest monotone path through
 /// them, bound every path cost from below (in the manner of [Keogh05], without a band). What they
-/// let through is compared with the sequence by its leading coordinates, and by all of them if that
-/// leaves it near enough; both times a path is given up where it cannot come below the count-th
-/// best any more, whatever the boxes let follow. What is left is aligned.
-/// Single precision: mean costs within 1e-5 of the mean cell may change places. Immutable.
+/// let through is compared with the sequence by its leading coordinates in 16 bits, their rounding
+/// allowed for, and by all of them if that leaves it near enough; both times a path is given up
+/// where it cannot come below the count-th best any more, whatever the boxes let follow. What is
+/// left is aligned. Single precision: mean costs within 1e-5 of the mean cell may change places.
+/// Immutable.
 class FragmentIndex {
  public:
   /// @param fragments  at least one, each D x T_i with one D; they must outlive this.
-  /// @throws Error{kData} as dtw. Memory about 8 (D + 4) bytes a frame.
+  /// @throws Error{kData} as dtw. Memory about 8 (D + 10) bytes a frame.
   explicit FragmentIndex(std::span<const Eigen::MatrixXd> fragments);
   ~FragmentIndex();
   FragmentIndex(FragmentIndex&&) noexcept;
