@@ -91,7 +91,7 @@ TEST_F(Cli, ApplyTakesAStateInsteadOfOptions) {
   EXPECT_EQ(run("apply " + kWalk + " --state room.json -o walk.bvh").code, 0);
 
   expect_error("apply --state room.json --time 1 -o out.bvh", 2, "--time excludes --state");
-  expect_error("apply --time 1 -o out.bvh", 2, "no clip given");
+  expect_error("apply --time 1 -o out.bvh", 2, "INPUT is required");
   write(folder_ / "none.json", "{\"schema\"");
   expect_error("apply --state none.json -o out.bvh", 4, "none.json: it is no JSON");
   std::string spoilt = state;

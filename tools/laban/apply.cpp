@@ -89,7 +89,7 @@ void run(ApplyVerb& verb) {
     verb.styling = std::move(state.styling);
     if (verb.inputs.empty()) verb.inputs = {std::move(state.input)};
   }
-  if (verb.inputs.empty()) throw Error(ErrorKind::kUsage, "no clip given");
+  if (verb.inputs.empty()) throw CLI::RequiredError("INPUT");
   if (verb.output.ends_with('/')) std::swap(verb.output, verb.output_folder);
   if (verb.output_folder.empty()) {
     if (verb.inputs.size() > 1 || std::filesystem::is_directory(verb.inputs.front()))
