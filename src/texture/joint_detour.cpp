@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "laban/math/constants.h"
 #include "laban/math/rotation.h"
@@ -26,6 +27,11 @@ constexpr double kShortestS = 0.4;
 // Smoothing takes some of what leads back to captured rotations.
 // What is left is mostly short, where the capture itself jerks: later rounds are quicker.
 constexpr std::array kDrawNearS{0.08, 0.08, 0.05, 0.03, 0.02};
+// Between two poses with none captured between them a joint shows the fewer that were not, the
+// quicker it gets over there: more rounds as quick as the last, while it bends little sharper than
+// joints were captured to.
+constexpr int kMostMoreRounds = 30;
+constexpr double kSharper = 1.25;
 constexpr double kOverdrawn = 1.5;
 // To be so much too far from what was seen for a node costs as much as to turn by 26 degrees.
 constexpr double kFarUnit = 4.0 * math::kDegree;
@@ -120,6 +126,20 @@ double angle_to(const MatrixX4f& rotations, const Quaterniond& rotation) {
   return 2.0 * std::acos(std::min(1.0, static_cast<double>(nearest)));
 }
 
+/// How much the turn from a frame to the next changes at most, radians. `rotation(f)` is that of a
+/// frame.
+template <typename Rotation>
+double sharpest_bend(Index frames, const Rotation& rotation) {
+  double sharpest = 0.0;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (Index f = 1; f < frames; ++f) {
+    const Eigen::Vector3d turn = math::log(rotation(f - 1).conjugate() * rotation(f));
+    if (f > 1) sharpest = std::max(sharpest, (turn - before).norm());
+    before = turn;
+  }
+  return sharpest;
+}
+
 void ease_ends(Matrix3Xd& turns, double over) {
   const Index last = turns.cols() - 1;
   for (Index f = 0; f <= last; ++f) {
@@ -148,23 +168,47 @@ const MatrixX4f& JointDetours::net(int joint) {
 
 std::optional<Matrix3Xd> JointDetours::around(int joint, std::span<const Quaterniond> rotations,
                                               double free_turn) {
-  const double last_s = static_cast<double>(rotations.size() - 1) / frame_rate_hz_;
+  const double last_s = static_cast<double>(rotations.size() - 1) / texture_.frame_rate_hz;
   if (rotations.empty() || last_s < kShortestS) return std::nullopt;
   Matrix3Xd turns = cheapest(joint, rotations, free_turn);
   if (turns.cols() == 0) return std::nullopt;
-  turns = smoothed(turns, kSmoothS * frame_rate_hz_);
-  ease_ends(turns, kEaseS * frame_rate_hz_);
+  turns = smoothed(turns, kSmoothS * texture_.frame_rate_hz);
+  ease_ends(turns, kEaseS * texture_.frame_rate_hz);
   for (const double deviation_s : kDrawNearS) {
-    draw_near(joint, rotations, free_turn, deviation_s * frame_rate_hz_, turns);
+    draw_near(joint, rotations, free_turn, deviation_s * texture_.frame_rate_hz, turns);
+  }
+  for (int round = 0; round < kMostMoreRounds; ++round) {
+    Matrix3Xd nearer = turns;
+    if (!draw_near(joint, rotations, free_turn, kDrawNearS.back() * texture_.frame_rate_hz, nearer))
+      break;
+    const double bend = sharpest_bend(nearer.cols(), [&](Index f) {
+      return rotations[static_cast<std::size_t>(f)] * math::exp(nearer.col(f));
+    });
+    if (bend > kSharper * captured_bend()) break;
+    turns = std::move(nearer);
   }
   return turns;
+}
+
+double JointDetours::captured_bend() {
+  if (bend_) return *bend_;
+  bend_ = 0.0;
+  for (int joint = 0; joint < motion::kStandardJointCount; ++joint) {
+    for (const Take& take : texture_.takes) {
+      const double one = sharpest_bend(take.length, [&](Index f) {
+        return captured_rotation(texture_, joint, take.begin + static_cast<int>(f));
+      });
+      bend_ = std::max(*bend_, one);
+    }
+  }
+  return *bend_;
 }
 
 Matrix3Xd JointDetours::cheapest(int joint, std::span<const Quaterniond> rotations,
                                  double free_turn) {
   const auto frames = static_cast<Index>(rotations.size());
-  const auto steps =
-      static_cast<Index>(std::lround(static_cast<double>(frames - 1) / frame_rate_hz_ / kNodeS));
+  const auto steps = static_cast<Index>(
+      std::lround(static_cast<double>(frames - 1) / texture_.frame_rate_hz / kNodeS));
   const auto frame_of = [&](Index n) { return n * (frames - 1) / steps; };
   std::vector<Quaterniond> nodes;
   std::vector<double> own_costs;
@@ -197,7 +241,7 @@ Matrix3Xd JointDetours::cheapest(int joint, std::span<const Quaterniond> rotatio
   return turns;
 }
 
-void JointDetours::draw_near(int joint, std::span<const Quaterniond> rotations, double free_turn,
+bool JointDetours::draw_near(int joint, std::span<const Quaterniond> rotations, double free_turn,
                              double deviation, Matrix3Xd& turns) {
   const MatrixX4f& seen = net(joint);
   Matrix3Xd back = Matrix3Xd::Zero(3, turns.cols());
@@ -210,15 +254,16 @@ void JointDetours::draw_near(int joint, std::span<const Quaterniond> rotations, 
     const Eigen::Vector3d whole = math::log(rotation.conjugate() * range_.nearest(joint, rotation));
     back.col(f) = (kOverdrawn * (distance - free_turn) / distance) * whole;
   }
-  if (back.isZero()) return;
+  if (back.isZero()) return false;
   back = smoothed(back, deviation);
-  ease_ends(back, kEaseS * frame_rate_hz_);
+  ease_ends(back, kEaseS * texture_.frame_rate_hz);
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   for (Index f = 0; f < turns.cols(); ++f) {
     before =
         math::nearest_branch(math::log(math::exp(turns.col(f)) * math::exp(back.col(f))), before);
     turns.col(f) = before;
   }
+  return true;
 }
 
 }  // namespace laban::texture

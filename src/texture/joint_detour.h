@@ -22,7 +22,7 @@ class JointDetours {
  public:
   /// @param texture, range  must outlive this.
   JointDetours(const MotionTexture& texture, const RotationRange& range)
-      : frame_rate_hz_(texture.frame_rate_hz),
+      : texture_(texture),
         range_(range),
         nets_(static_cast<std::size_t>(motion::kStandardJointCount)) {}
 
@@ -42,14 +42,18 @@ class JointDetours {
                                           double free_turn);
   /// Adds what leads rotations back to within `free_turn` of captured ones, smoothed by a Gaussian
   /// of that deviation in frames.
-  void draw_near(int joint, std::span<const Eigen::Quaterniond> rotations, double free_turn,
+  /// @returns whether any was not within it.
+  bool draw_near(int joint, std::span<const Eigen::Quaterniond> rotations, double free_turn,
                  double deviation, Eigen::Matrix3Xd& turns);
+  /// How much any joint's turn from a frame to the next was captured to change at most, radians.
+  double captured_bend();
   /// Captured rotations, a row each, spread evenly.
   const Eigen::MatrixX4f& net(int joint);
 
-  double frame_rate_hz_;
+  const MotionTexture& texture_;
   const RotationRange& range_;
   std::vector<std::optional<Eigen::MatrixX4f>> nets_;  // of each joint, once it was asked for
+  std::optional<double> bend_;
 };
 
 }  // namespace laban::texture

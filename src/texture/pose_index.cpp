@@ -24,22 +24,22 @@ constexpr int kCalmReach = 2;
 constexpr double kCalmPercent = 90.0;
 constexpr Index kMostRotations = 16384;
 
-Eigen::Quaterniond rotation_of(const MotionTexture& texture, int joint, int frame) {
-  const Index row = static_cast<Index>(3) * joint;
-  return math::exp(texture.observations.block<3, 1>(row, frame)
-                       .cwiseQuotient(texture.space.scale.segment<3>(row)));
-}
-
 Eigen::VectorXf pose_of(const MotionTexture& texture, int frame) {
   Eigen::VectorXf pose(kPoseRows);
   for (int s = 0; s < kStandardJointCount; ++s) {
-    const Eigen::Matrix3d r = rotation_of(texture, s, frame).toRotationMatrix();
+    const Eigen::Matrix3d r = captured_rotation(texture, s, frame).toRotationMatrix();
     pose.segment<6>(static_cast<Index>(6) * s) = r.leftCols<2>().reshaped().cast<float>();
   }
   return pose;
 }
 
 }  // namespace
+
+Eigen::Quaterniond captured_rotation(const MotionTexture& texture, int joint, int frame) {
+  const Index row = static_cast<Index>(3) * joint;
+  return math::exp(texture.observations.block<3, 1>(row, frame)
+                       .cwiseQuotient(texture.space.scale.segment<3>(row)));
+}
 
 MatrixXf squared_distances(const MatrixXf& a, const MatrixXf& b) {
   MatrixXf d = -2.0F * a.transpose() * b;
@@ -145,8 +145,10 @@ RotationRange::RotationRange(const MotionTexture& texture) {
   for (int s = 0; s < kStandardJointCount; ++s) {
     Eigen::MatrixX4f& all = captured_.emplace_back(rows, 4);
     for (Index n = 0; n < rows; ++n) {
-      all.row(n) =
-          rotation_of(texture, s, static_cast<int>(n * stride)).coeffs().cast<float>().transpose();
+      all.row(n) = captured_rotation(texture, s, static_cast<int>(n * stride))
+                       .coeffs()
+                       .cast<float>()
+                       .transpose();
     }
   }
 }

@@ -12,6 +12,10 @@ namespace laban::texture {
 /// Every so many frames one is looked at where all are compared with all.
 inline constexpr int kIndexStride = 6;
 
+/// Rotation of a joint in a frame of the corpus, away from the reference.
+[[nodiscard]] Eigen::Quaterniond captured_rotation(const MotionTexture& texture, int joint,
+                                                   int frame);
+
 /// Poses and velocities of a corpus, to find frames at which one motion can become another.
 ///
 /// A frame is told by two columns of each joint's rotation matrix (which have no branches), by how

@@ -17,7 +17,7 @@ using Eigen::Ref;
 using Eigen::VectorXd;
 
 // Factors kept at most; one of 68 frames and 15 dimensions is 370 kB.
-constexpr std::size_t kMostSystems = 256;
+constexpr std::size_t kMostSystems = 32;
 
 MatrixXd states_of(const Texton& texton, const Ref<const MatrixXd>& observations) {
   return texton.basis.transpose() * (observations.colwise() - texton.mean);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -31,11 +32,10 @@ using Eigen::Quaterniond;
 constexpr double kStayS = 0.75;
 // Shorter runs through a take count so many usual distances as they are shorter, in seconds.
 constexpr double kRunS = 4.0;
-// What a second left out at the end of a take counts, and one that was walked on once less than
-// usual.
+// What a second left out at the end of a take counts, and each time that it was walked on less
+// than usual: an end is the more seldom walked on the more it costs to come back from there.
 constexpr double kSecondLeftOut = 0.1;
 constexpr double kSeldomSecond = 3.0;
-constexpr double kMostSeldom = 2.0;  // an end that cannot be left well is not worth any cost
 constexpr double kRestless = 2.0;
 // What each visit more than usual of the seconds to come counts: or a walk turns in small circles.
 constexpr double kRevisit = 3.0;
@@ -45,6 +45,8 @@ constexpr double kHandoverS = 0.25;
 constexpr double kAheadS = 2.0;
 constexpr double kBehindS = 1.0;
 constexpr int kMostCandidates = 400;
+// So many crossings are looked into in vain once one is found that leads no joint far.
+constexpr int kMostInVain = 24;
 constexpr int kMostRows = 60;
 constexpr int kEntriesOfALeave = 24;
 // Changes of nearly the same cost are drawn from, or every walk would make the same.
@@ -52,7 +54,12 @@ constexpr double kAlike = 0.25;
 // Joints may get so far from what they were seen to do; so much more costs as much as a usual
 // distance, twice that four times as much.
 constexpr double kFarTurn = 8.0 * math::kDegree;
-constexpr double kFarTurnUnit = 1.5 * math::kDegree;
+constexpr double kFarTurnUnit = 1.0 * math::kDegree;
+// A take is left well by turns that cost no more than a usual distance. Frames so far apart, from
+// the end, are looked at for how well it can be left there, each with so many that are nearest.
+constexpr double kLeftWell = 1.0;
+constexpr int kBackStride = 2 * kIndexStride;
+constexpr int kBackEntries = 40;
 // Beside a frame that is to be met halfway no joint is farther from its own than half of what the
 // two differ by. Where that is more, it may still have been seen there: each four degrees count as
 // one.
@@ -62,8 +69,21 @@ constexpr double kFarHalfUnit = 4.0 * math::kDegree;
 struct Crossing {
   int leave = 0;
   int enter = 0;
-  double cost = 0.0;  ///< in usual distances
-  std::vector<JointDetour> detours = {};
+  double cost = 0.0;   ///< in usual distances
+  double guess = 0.0;  ///< what of it is guessed of how far joints are led from all they did
+};
+
+/// How motion became that of the corpus.
+struct Incoming {
+  MatrixXd meeting;
+  std::vector<JointDetour> detours;
+};
+
+/// Frames of the corpus that are walked on from `entered`.
+struct Stretch {
+  int entered = 0;
+  int settled = 0;                                  ///< from this frame on no joint is on a detour
+  std::optional<Incoming> incoming = std::nullopt;  ///< none: as captured
 };
 
 /// One joint around a crossing. Two frames are where the motions meet.
@@ -83,6 +103,7 @@ class TextonWalk::Impl {
         index_(texture),
         range_(texture),
         detours_(texture, range_),
+        costs_back_(texture.takes.size()),
         visits_(static_cast<std::size_t>(texture.observations.cols() / kIndexStride + 1), 0),
         rng_(rng) {
     if (texture.segments.empty()) {
@@ -99,7 +120,7 @@ class TextonWalk::Impl {
     }
     if (first) {
       segment_ = drawn(segments_[at(*first)]);
-      entered_ = segment(segment_).begin;
+      run_.entered = segment(segment_).begin;
     } else {
       begin_a_take();
     }
@@ -107,23 +128,22 @@ class TextonWalk::Impl {
 
   [[nodiscard]] int texton() const noexcept { return segment(segment_).texton; }
   [[nodiscard]] int segment() const noexcept { return segment_; }
-  [[nodiscard]] int entered() const noexcept { return entered_; }
+  [[nodiscard]] int entered() const noexcept { return run_.entered; }
 
   TextonChange next() {
     const TextonChange change = find_change();
-    for (int block = entered_ / kIndexStride; block <= change.leave / kIndexStride; ++block) {
+    for (int block = run_.entered / kIndexStride; block <= change.leave / kIndexStride; ++block) {
       ++visits_[at(block)];
     }
     if (!change.is_captured()) exit_.reset();
-    incoming_.reset();
-    if (!change.is_captured()) incoming_ = Incoming{change.meeting, change.detours};
-    settled_ = change.enter;
+    run_ = {change.enter, change.enter};
+    if (!change.is_captured()) run_.incoming = Incoming{change.meeting, change.detours};
     for (const JointDetour& detour : change.detours) {
-      settled_ = std::max(settled_, change.enter + static_cast<int>(detour.entering.cols()));
+      run_.settled =
+          std::max(run_.settled, change.enter + static_cast<int>(detour.entering.cols()));
     }
     if (change.is_captured() || change.entering != drawn_) drawn_.reset();
     segment_ = change.entering;
-    entered_ = change.enter;
     return change;
   }
 
@@ -149,24 +169,24 @@ class TextonWalk::Impl {
   /// Whether the next segment follows this one in the same take.
   [[nodiscard]] bool follows(int s) const { return end_of(s) < take_end(segment(s).begin); }
   [[nodiscard]] int earliest_leave() const {
-    const int stay = std::max(3, std::min(frames(kStayS), (end_of(segment_) - entered_) / 2));
-    return std::max(entered_ + stay, settled_ + 3);
+    const int stay = std::max(3, std::min(frames(kStayS), (end_of(segment_) - run_.entered) / 2));
+    return std::max(run_.entered + stay, run_.settled + 3);
   }
 
   /// Where a take begins, each as likely as it is long; after its first frames, if they are those
   /// of a body that falls into its pose.
   void begin_a_take() {
     const int any = rng_.index(static_cast<int>(texture_.observations.cols()));
-    entered_ = texture_.takes[at(index_.take_of(any))].begin;
-    segment_ = segment_of(entered_);
-    const int last = entered_ + std::min(frames(kStayS), segment(segment_).length / 4);
-    const int begin = entered_;
-    while (entered_ < last && !index_.is_calm(entered_)) ++entered_;
-    if (entered_ == last) entered_ = begin;
+    run_.entered = texture_.takes[at(index_.take_of(any))].begin;
+    segment_ = segment_of(run_.entered);
+    const int last = run_.entered + std::min(frames(kStayS), segment(segment_).length / 4);
+    const int begin = run_.entered;
+    while (run_.entered < last && !index_.is_calm(run_.entered)) ++run_.entered;
+    if (run_.entered == last) run_.entered = begin;
   }
 
   TextonChange find_change() {
-    if (!exit_) exit_ = way_out(take_end(entered_));
+    if (!exit_) exit_ = way_out(take_end(run_.entered));
     // A segment is not entered if the take is to be left before there was time to see it.
     if (exit_ && (exit_->leave < end_of(segment_) + frames(kLongestFadeS) || !follows(segment_))) {
       return crossed(*exit_);
@@ -185,7 +205,7 @@ class TextonWalk::Impl {
   [[nodiscard]] TextonChange captured_change() const {
     const int cut = segment(segment_ + 1).begin;
     const int from =
-        std::max({cut - frames(kHandoverS), entered_ + (cut - entered_) / 2, settled_});
+        std::max({cut - frames(kHandoverS), run_.entered + (cut - run_.entered) / 2, run_.settled});
     const int to = std::min(cut + frames(kHandoverS), cut + segment(segment_ + 1).length / 3);
     const int frame = index_.calmest(from, std::max(from, to) + 1);
     return {segment_, segment_ + 1, frame, frame, texture_.observations.middleCols(frame, 2),
@@ -202,7 +222,7 @@ class TextonWalk::Impl {
             crossing.leave,
             crossing.enter,
             halfway_of(crossing),
-            detours_of(crossing).taken,
+            detours_of(run_, crossing).taken,
             !seen};
   }
 
@@ -222,7 +242,7 @@ class TextonWalk::Impl {
       throw Error(ErrorKind::kData,
                   "no segment of two frames to go on with from texton " + std::to_string(texton()));
     }
-    const int leave = std::max(entered_, end_of(segment_) - 2);
+    const int leave = std::max(run_.entered, end_of(segment_) - 2);
     return crossed({leave, segment(drawn(others)).begin, 0.0});
   }
 
@@ -251,7 +271,7 @@ class TextonWalk::Impl {
   /// From this segment to where another one of its texton went on, if that is near enough.
   std::optional<Crossing> way_to(int other) const {
     const int from = earliest_leave();
-    const int to = std::min(end_of(segment_), take_end(entered_) - 1);
+    const int to = std::min(end_of(segment_), take_end(run_.entered) - 1);
     const int enter_from = segment(other).begin + segment(other).length / 2;
     const int enter_to = std::min(segment(other + 1).begin + segment(other + 1).length / 3,
                                   take_end(enter_from) - 1);
@@ -272,6 +292,63 @@ class TextonWalk::Impl {
     }
     if (best && is_led_far(*best)) return std::nullopt;
     return best;
+  }
+
+  /// Whether a walk that enters here has time to see the segment and to leave the take after it.
+  [[nodiscard]] bool is_entry(int frame) const {
+    return index_.is_calm(frame) && take_end(frame) - frame >= frames(2.0 * kStayS) &&
+           end_of(segment_of(frame)) - frame >= frames(kStayS);
+  }
+
+  /// What it will cost, sooner or later, to come back from where a crossing leads: poses there may
+  /// be near each other but far from all else.
+  [[nodiscard]] double cost_back(int enter) {
+    const int number = index_.take_of(enter);
+    std::optional<std::vector<double>>& costs = costs_back_[at(number)];
+    if (!costs) costs = costs_back(texture_.takes[at(number)]);
+    const int left = take_end(enter) - 2 - (enter + frames(kStayS));
+    const int n = std::max(0, left) / kBackStride;
+    return n < std::ssize(*costs) ? (*costs)[at(n)] : 0.0;
+  }
+
+  /// What turns cost at least on a way from a take to its first half or to another take, of those
+  /// that begin at n kBackStride frames before its end or later. Frames before all of these can be
+  /// left well.
+  [[nodiscard]] std::vector<double> costs_back(const Take& take) {
+    const int middle = take.begin + take.length / 2;
+    std::vector<Index> entries;
+    for (Index n = 0; n < index_.coarse_features().cols(); ++n) {
+      const int enter = index_.coarse_frames()[static_cast<std::size_t>(n)];
+      const bool own = enter >= take.begin && enter < take.begin + take.length;
+      const bool leads_on = own ? enter < middle : take_end(enter) - enter >= frames(kRunS);
+      if (leads_on && is_entry(enter)) entries.push_back(n);
+    }
+    const MatrixXf features = index_.coarse_features()(Eigen::all, entries);
+    std::vector<double> costs;
+    double least = math::kInfinity;
+    for (int leave = take.begin + take.length - 2; leave > middle; leave -= kBackStride) {
+      for (const Index n : nearest(features, index_.features(leave, 1))) {
+        const Index entry = entries[static_cast<std::size_t>(n)];
+        const int enter = index_.coarse_frames()[static_cast<std::size_t>(entry)];
+        const Detours turns = detours_of({take.begin}, {leave, enter}, far_turn_costing(least));
+        least = std::min(least, far_cost(turns.farthest));
+        if (least <= kLeftWell) return costs;
+      }
+      costs.push_back(least);
+    }
+    return costs;
+  }
+
+  /// The kBackEntries columns nearest to one, the nearest first.
+  [[nodiscard]] static std::vector<Index> nearest(const MatrixXf& columns, const MatrixXf& one) {
+    const Eigen::VectorXf distances = squared_distances(columns, one);
+    std::vector<Index> order(static_cast<std::size_t>(columns.cols()));
+    std::iota(order.begin(), order.end(), Index{0});
+    const auto count = std::min<std::ptrdiff_t>(kBackEntries, std::ssize(order));
+    std::partial_sort(order.begin(), order.begin() + count, order.end(),
+                      [&](Index a, Index b) { return distances[a] < distances[b]; });
+    order.resize(static_cast<std::size_t>(count));
+    return order;
   }
 
   /// How much more often than all of the corpus the seconds to come were walked on.
@@ -305,8 +382,7 @@ class TextonWalk::Impl {
     for (Index n = 0; n < costs.size(); ++n) {
       const int frame = entries[static_cast<std::size_t>(n)];
       const double left_s = (take_end(frame) - frame) / texture_.frame_rate_hz;
-      const bool good = index_.is_calm(frame) && left_s >= 2.0 * kStayS &&
-                        end_of(segment_of(frame)) - frame >= frames(kStayS);
+      const bool good = is_entry(frame);
       const double cost =
           kRevisit * revisits(frame, usual) + left_out_s(frame) + std::max(0.0, kRunS - left_s);
       costs[n] = good ? static_cast<float>(cost) : std::numeric_limits<float>::infinity();
@@ -316,10 +392,10 @@ class TextonWalk::Impl {
 
   /// What it costs to leave the take at a frame: a short run, and what is left out.
   [[nodiscard]] double leaving_cost(int leave, int end, double usual) const {
-    const double run_s = (leave - entered_) / texture_.frame_rate_hz;
+    const double run_s = (leave - run_.entered) / texture_.frame_rate_hz;
     double seldom = 0.0;  // blocks, each by how much more often the rest was walked on
     for (int f = leave; f < end; f += kIndexStride) {
-      seldom += std::clamp(1.0 + usual - visits_[at(f / kIndexStride)], 0.0, kMostSeldom);
+      seldom += std::max(0.0, 1.0 + usual - visits_[at(f / kIndexStride)]);
     }
     return kSecondLeftOut * (end - leave) / texture_.frame_rate_hz +
            kSeldomSecond * seldom * kIndexStride / texture_.frame_rate_hz +
@@ -340,22 +416,23 @@ class TextonWalk::Impl {
     const auto usual = static_cast<float>(std::max(1e-9, index_.usual_distance()));
     MatrixXf costs = squared_distances(features, index_.coarse_features()).cwiseSqrt() / usual;
     costs.rowwise() += entries;
-    costs += (0.5F * largest_turns(features, index_.coarse_features()).array() -
-              static_cast<float>(kFarTurn))
-                 .cwiseMax(0.0F)
-                 .matrix() /
-             static_cast<float>(kFarHalfUnit);
+    const MatrixXf guesses = (0.5F * largest_turns(features, index_.coarse_features()).array() -
+                              static_cast<float>(kFarTurn))
+                                 .cwiseMax(0.0F)
+                                 .matrix() /
+                             static_cast<float>(kFarHalfUnit);
     std::vector<Crossing> found;
     for (Index f = 0; f < costs.rows(); ++f) {
       const int leave = from + static_cast<int>(f) * stride;
-      add_best(costs.row(f), leave, leaving_cost(leave, end, usual_visits), found);
+      add_best(costs.row(f) + guesses.row(f), guesses.row(f), leave,
+               leaving_cost(leave, end, usual_visits), found);
     }
     return best_apart(std::move(found));
   }
 
   /// The cheapest frames to enter from one, none near another.
-  void add_best(Eigen::RowVectorXf costs, int leave, double leaving,
-                std::vector<Crossing>& found) const {
+  void add_best(Eigen::RowVectorXf costs, const Eigen::RowVectorXf& guesses, int leave,
+                double leaving, std::vector<Crossing>& found) const {
     const std::vector<int>& entries = index_.coarse_frames();
     const int second = frames(1.0);
     for (Index n = 0; n < costs.size(); ++n) {
@@ -367,10 +444,8 @@ class TextonWalk::Impl {
       Index best = 0;
       const float cost = costs.minCoeff(&best);
       if (!std::isfinite(cost)) return;
-      found.push_back({leave,
-                       entries[static_cast<std::size_t>(best)],
-                       static_cast<double>(cost) + leaving,
-                       {}});
+      found.push_back({leave, entries[static_cast<std::size_t>(best)],
+                       static_cast<double>(cost) + leaving, static_cast<double>(guesses[best])});
       const Index first = std::max<Index>(0, best - 3);
       costs.segment(first, std::min<Index>(costs.size() - first, 7))
           .setConstant(std::numeric_limits<float>::infinity());
@@ -393,9 +468,14 @@ class TextonWalk::Impl {
     return kept;
   }
 
-  /// The same crossing at the nearest frames beside it.
+  [[nodiscard]] bool is_as_calm(int frame, int other) const {
+    return index_.is_calm(frame) || !index_.is_calm(other);
+  }
+
+  /// The same crossing at the nearest frames beside it that are as calm.
   [[nodiscard]] Crossing refined(const Crossing& coarse, int end) const {
     constexpr int kReach = kIndexStride - 1;
+    constexpr float kNever = 1e9F;
     const Take& other = texture_.takes[at(index_.take_of(coarse.enter))];
     const int from = std::max(earliest_leave(), coarse.leave - kReach);
     const int to = std::min(end - 1, coarse.leave + kReach + 1);
@@ -404,29 +484,41 @@ class TextonWalk::Impl {
     const int enter_to = std::min(
         {other.begin + other.length - 1, coarse.enter + kReach + 1,
          std::max(coarse.enter + 1, end_of(segment_of(coarse.enter)) - frames(kStayS) + 1)});
-    const MatrixXf d = squared_distances(index_.features(from, to - from),
-                                         index_.features(enter_from, enter_to - enter_from));
+    MatrixXf d = squared_distances(index_.features(from, to - from),
+                                   index_.features(enter_from, enter_to - enter_from));
+    for (Index f = 0; f < d.rows(); ++f) {
+      if (!is_as_calm(from + static_cast<int>(f), coarse.leave)) d.row(f).setConstant(kNever);
+    }
+    for (Index g = 0; g < d.cols(); ++g) {
+      if (!is_as_calm(enter_from + static_cast<int>(g), coarse.enter)) d.col(g).setConstant(kNever);
+    }
     const double before = static_cast<double>(d(coarse.leave - from, coarse.enter - enter_from));
     Index f = 0;
     Index g = 0;
     const double after = static_cast<double>(d.minCoeff(&f, &g));
     const double usual = std::max(1e-9, index_.usual_distance());
-    return {from + static_cast<int>(f),
-            enter_from + static_cast<int>(g),
-            coarse.cost + (std::sqrt(after) - std::sqrt(before)) / usual,
-            {}};
+    return {from + static_cast<int>(f), enter_from + static_cast<int>(g),
+            coarse.cost - coarse.guess + (std::sqrt(after) - std::sqrt(before)) / usual};
   }
 
   /// Out of the take that ends before frame `end`, by one of the cheapest ways.
   std::optional<Crossing> way_out(int end) {
     double least = math::kInfinity;
+    bool leads_well = false;
+    int in_vain = 0;
     std::vector<Crossing> looked_into;
     for (const Crossing& coarse : crossings(end)) {
-      if (coarse.cost > least + kAlike) break;  // nothing makes it much cheaper
+      if (leads_well && in_vain >= kMostInVain) break;
+      if (coarse.cost - coarse.guess > least + kAlike) continue;  // nothing makes it much cheaper
       Crossing way = refined(coarse, end);
-      way.cost += far_cost(detours_of(way, far_turn_costing(least + kAlike - way.cost)).farthest);
+      way.cost += cost_back(way.enter);
+      const double enough = far_turn_costing(least + kAlike - way.cost);
+      const double turns = far_cost(detours_of(run_, way, enough).farthest);
+      way.cost += turns;
+      in_vain = way.cost < least ? 0 : in_vain + 1;
+      if (way.cost < least) leads_well = turns <= kLeftWell;
       least = std::min(least, way.cost);
-      looked_into.push_back(std::move(way));
+      looked_into.push_back(way);
     }
     if (looked_into.empty()) return std::nullopt;
     std::erase_if(looked_into, [&](const Crossing& way) { return way.cost > least + kAlike; });
@@ -450,7 +542,8 @@ class TextonWalk::Impl {
   /// How joints that would get far from what they were seen to do get around that, where that
   /// leads them less far.
   /// @param enough  looks no further once a joint is led so far whatever is done, radians.
-  [[nodiscard]] Detours detours_of(const Crossing& way, double enough = math::kInfinity) {
+  [[nodiscard]] Detours detours_of(const Stretch& run, const Crossing& way,
+                                   double enough = math::kInfinity) {
     struct FarJoint {
       int joint;
       double turn;
@@ -459,7 +552,7 @@ class TextonWalk::Impl {
     const MatrixXd meeting = halfway_of(way);
     std::vector<FarJoint> far;
     for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      std::optional<JoinedJoint> plain = joined(way, meeting, s);
+      std::optional<JoinedJoint> plain = joined(run, way, meeting, s);
       if (!plain) continue;
       const double turn = farthest_turn(s, *plain, {});
       if (turn > kFarTurn) far.push_back({s, turn, std::move(*plain)});
@@ -470,7 +563,7 @@ class TextonWalk::Impl {
     for (const FarJoint& one : far) {
       if (found.farthest >= enough) break;
       double turn = one.turn;
-      std::optional<JointDetour> detour = detour_of(way, one.joint, one.plain, turn);
+      std::optional<JointDetour> detour = detour_of(run, way, one.joint, one.plain, turn);
       if (detour) found.taken.push_back(std::move(*detour));
       found.farthest = std::max(found.farthest, turn);
     }
@@ -479,10 +572,11 @@ class TextonWalk::Impl {
 
   /// @param turn  how far the joint is led without a detour; becomes how far with it.
   /// @returns none if it leads no less far.
-  [[nodiscard]] std::optional<JointDetour> detour_of(const Crossing& way, int joint,
-                                                     const JoinedJoint& plain, double& turn) {
+  [[nodiscard]] std::optional<JointDetour> detour_of(const Stretch& run, const Crossing& way,
+                                                     int joint, const JoinedJoint& plain,
+                                                     double& turn) {
     const auto count = static_cast<int>(plain.joined.size());
-    const int from = std::max(0, settled_ - (way.leave - plain.meets));
+    const int from = std::max(0, run.settled - (way.leave - plain.meets));
     const int room =
         std::min(end_of(segment_of(way.enter)) - way.enter, (take_end(way.enter) - way.enter) / 2);
     const int end = std::min(count, plain.meets + room);
@@ -502,7 +596,7 @@ class TextonWalk::Impl {
   [[nodiscard]] bool is_led_far(const Crossing& way) const {
     const MatrixXd meeting = halfway_of(way);
     for (int s = 0; s < motion::kStandardJointCount; ++s) {
-      const auto plain = joined(way, meeting, s);
+      const auto plain = joined(run_, way, meeting, s);
       if (plain && farthest_turn(s, *plain, {}) > kFarTurn) return true;
     }
     return false;
@@ -525,10 +619,10 @@ class TextonWalk::Impl {
   }
 
   /// None if the joint stays near to what it was captured as.
-  [[nodiscard]] std::optional<JoinedJoint> joined(const Crossing& way, const MatrixXd& meeting,
-                                                  int joint) const {
+  [[nodiscard]] std::optional<JoinedJoint> joined(const Stretch& run, const Crossing& way,
+                                                  const MatrixXd& meeting, int joint) const {
     const int fade = frames(kLongestFadeS) + 2;
-    const int before = std::max(2, std::min(fade, way.leave + 2 - entered_));
+    const int before = std::max(2, std::min(fade, way.leave + 2 - run.entered));
     const int after = std::min(fade, take_end(way.enter) - way.enter);
     Eigen::Matrix<double, 3, 4> leaving = Eigen::Matrix<double, 3, 4>::Zero();
     Eigen::Matrix<double, 3, 4> entering = leaving;
@@ -538,19 +632,19 @@ class TextonWalk::Impl {
         std::max(leaving.colwise().norm().maxCoeff(), entering.colwise().norm().maxCoeff());
     if (largest <= 0.5 * kFarTurn) return std::nullopt;
     Matrix3Xd earlier;
-    if (incoming_) {
-      leaving.leftCols(2) = turns_to(incoming_->meeting, entered_, joint);
-      for (const JointDetour& one : incoming_->detours) {
+    if (run.incoming) {
+      leaving.leftCols(2) = turns_to(run.incoming->meeting, run.entered, joint);
+      for (const JointDetour& one : run.incoming->detours) {
         if (one.joint == joint) earlier = one.entering;
       }
     }
-    const int length = incoming_ ? way.leave + 2 - entered_ : before;
+    const int length = run.incoming ? way.leave + 2 - run.entered : before;
     JoinedJoint found;
     found.meets = before - 2;
     add(found, joint, way.leave + 2, joint_curve(length, leaving).rightCols(before));
     const int begin = way.leave + 2 - before;
-    for (Index f = begin - entered_; f < std::min<Index>(earlier.cols(), length); ++f) {
-      Quaterniond& rotation = found.joined[at(f - (begin - entered_))];
+    for (Index f = begin - run.entered; f < std::min<Index>(earlier.cols(), length); ++f) {
+      Quaterniond& rotation = found.joined[at(f - (begin - run.entered))];
       rotation = rotation * math::exp(earlier.col(f));
     }
     const Matrix3Xd curve = joint_curve(after, entering);
@@ -597,25 +691,18 @@ class TextonWalk::Impl {
     return farthest <= kFarTurn ? 0.0 : farthest;
   }
 
-  /// How the motion became that of the frames from entered_ on.
-  struct Incoming {
-    MatrixXd meeting;
-    std::vector<JointDetour> detours;
-  };
-
   const MotionTexture& texture_;
   std::vector<std::vector<int>> segments_;  // of each texton
   PoseIndex index_;
   RotationRange range_;
   JointDetours detours_;
+  std::vector<std::optional<std::vector<double>>> costs_back_;  // of each take, once asked for
   std::vector<int> visits_;  // of each kIndexStride frames of the corpus
   base::Rng rng_;
   int segment_ = 0;
-  int entered_ = 0;
-  std::optional<Incoming> incoming_;  // how the frame was entered, if not as captured
-  int settled_ = 0;                   // from this frame on no joint is on a detour
-  std::optional<int> drawn_;          // the segment from which the corpus went on as drawn
-  std::optional<Crossing> exit_;      // by which the take now walked on is to be left
+  Stretch run_;
+  std::optional<int> drawn_;      // the segment from which the corpus went on as drawn
+  std::optional<Crossing> exit_;  // by which the take now walked on is to be left
 };
 
 TextonWalk::TextonWalk(const MotionTexture& texture, std::optional<int> first, base::Rng rng)

@@ -1,7 +1,7 @@
 // What a motion texture makes of takes that it has not learnt from.
 //
 //   texture_study FOLDER HELD,OUT,TAKES THRESHOLD|auto [FILE.texture]
-//   texture_study FOLDER --one TAKE,..|all|variations THRESHOLD|auto
+//   texture_study FOLDER --one TAKE,..|all|variations THRESHOLD|auto [SEED]
 //   texture_study --walk FILE.texture SEED,..
 //
 // Learns all takes of FOLDER but the held-out ones at 60 Hz (or reads FILE, if it is there, and
@@ -255,6 +255,36 @@ FarRotation farthest_rotation(const motion::PoseMatrix& made, const motion::Pose
   return farthest;
 }
 
+struct FastTurn {
+  double ratio = 0.0;    ///< to the fastest that the joint was captured with
+  double degrees = 0.0;  ///< a frame
+  int joint = 0;
+  int frame = 0;
+};
+
+/// The turn of a joint from a frame to the next that is fastest beside what the joint was captured
+/// with.
+FastTurn fastest_turn(const motion::PoseMatrix& made, const motion::PoseMatrix& input) {
+  FastTurn fastest;
+  for (int s = 0; s < motion::kStandardJointCount; ++s) {
+    const auto turns = [&](const motion::PoseMatrix& pose) {
+      Eigen::VectorXd angles(pose.frame_count() - 1);
+      for (int f = 0; f + 1 < pose.frame_count(); ++f) {
+        angles[f] = math::angle_between(math::exp(pose.angles.block<3, 1>(3 * s, f)),
+                                        math::exp(pose.angles.block<3, 1>(3 * s, f + 1)));
+      }
+      return angles;
+    };
+    Index frame = 0;
+    const double degrees = turns(made).maxCoeff(&frame) * 57.29577951308232;
+    const double most = turns(input).maxCoeff() * 57.29577951308232;
+    if (degrees / most > fastest.ratio) {
+      fastest = {degrees / most, degrees, s, static_cast<int>(frame)};
+    }
+  }
+  return fastest;
+}
+
 const char* name_of(int joint) {
   return motion::kStandardJointNames[static_cast<std::size_t>(joint)].data();
 }
@@ -272,6 +302,7 @@ struct OneClip {
   double coverage = 0.0;
   double new_windows = 0.0;  ///< share farther than half the usual distance from any of the input
   FarRotation far;
+  FastTurn fast;
   double percentile = 0.0;  ///< of the captures' acceleration, at the worst join
   int joins = 0;
   int jumps = 0;
@@ -287,6 +318,7 @@ OneClip make_minute(const texture::MotionTexture& texture, const motion::PoseMat
   OneClip found;
   for (std::size_t n = 1; n < made.parts.size(); ++n) found.jumps += made.parts[n - 1].jump;
   found.far = farthest_rotation(played, pose);
+  found.fast = fastest_turn(played, pose);
   const MatrixXd own = windows(pose, 1);
   const MatrixXd d = squared_distances(own, windows(played, 3));
   const double usual = usual_distance(own);
@@ -302,7 +334,7 @@ OneClip make_minute(const texture::MotionTexture& texture, const motion::PoseMat
 }
 
 void one_clip(const studies::Take& take, const std::string& threshold,
-              const std::vector<double>& variations) {
+              const std::vector<double>& variations, std::uint64_t seed) {
   const texture::MotionTexture texture = learn({take}, {}, threshold);
   const motion::Clip input = motion::resample(take.capture.clip, kRateHz);
   const motion::PoseMatrix pose = motion::to_pose_matrix(input, take.capture.humanoid);
@@ -312,16 +344,19 @@ void one_clip(const studies::Take& take, const std::string& threshold,
   std::printf("one clip, %s: %d frames; jerk %.0f m/s^3, skate %.2f cm\n", take.name.c_str(),
               input.frame_count(), captured.jerk_m_s3, captured.foot_skate_cm);
   for (const double variation : variations) {
-    const OneClip made = make_minute(texture, pose, captured, {.variation = variation});
-    const OneClip free =
-        make_minute(texture, pose, captured, {.variation = variation, .hold_feet = false});
+    const OneClip made =
+        make_minute(texture, pose, captured, {.seed = seed, .variation = variation});
+    const OneClip free = make_minute(texture, pose, captured,
+                                     {.seed = seed, .variation = variation, .hold_feet = false});
     std::printf(
         "  variation %.2f: coverage %.3f, output windows farther than half the usual distance from "
         "any input window %.3f, rotations at most %.1f deg from a captured one (%s, frame %d; %.1f "
-        "without feet held), jerk %.0f, skate %.2f cm, worst of %d joins (%d jumps) at the "
+        "without feet held), turns at most %.2f times as fast as captured (%.1f deg a frame, %s, "
+        "frame %d), jerk %.0f, skate %.2f cm, worst of %d joins (%d jumps) at the "
         "captures' %.1fth percentile of acceleration (%.1f without feet held)\n",
         variation, made.coverage, made.new_windows, made.far.degrees, name_of(made.far.joint),
-        static_cast<int>(made.far.frame), free.far.degrees, made.quality.jerk_m_s3,
+        static_cast<int>(made.far.frame), free.far.degrees, made.fast.ratio, made.fast.degrees,
+        name_of(made.fast.joint), made.fast.frame, made.quality.jerk_m_s3,
         made.quality.foot_skate_cm, made.joins, made.jumps, made.percentile, free.percentile);
   }
   std::fflush(stdout);
@@ -380,12 +415,14 @@ int study(const std::vector<std::string>& arguments) {
   }
   const std::vector<studies::Take> takes = studies::read_takes(arguments[0], "{content}_{take}");
   if (arguments[1] == "--one") {
+    const std::uint64_t seed = arguments.size() > 4 ? std::stoull(arguments[4]) : 1;
+    const auto names = studies::split(arguments[2]);
     for (const studies::Take& take : takes) {
-      if (arguments[2] == "all") one_clip(take, arguments[3], {0.1});
-      if (arguments[2] == "variations") one_clip(take, arguments[3], {0.0, 0.1, 0.3, 1.0});
-      const auto names = studies::split(arguments[2]);
-      if (std::find(names.begin(), names.end(), take.name) != names.end()) {
-        one_clip(take, arguments[3], {0.1});
+      if (arguments[2] == "variations") {
+        one_clip(take, arguments[3], {0.0, 0.1, 0.3, 1.0}, seed);
+      } else if (arguments[2] == "all" ||
+                 std::find(names.begin(), names.end(), take.name) != names.end()) {
+        one_clip(take, arguments[3], {0.1}, seed);
       }
     }
     return 0;
@@ -414,7 +451,7 @@ int study(const std::vector<std::string>& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 4 && argc != 5) {
+  if (argc < 4 || argc > 6) {
     std::fprintf(stderr,
                  "usage: texture_study FOLDER HELD,OUT,TAKES THRESHOLD|auto [FILE.texture]\n");
     return 2;

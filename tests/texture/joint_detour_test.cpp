@@ -33,6 +33,7 @@ MotionTexture half_circle() {
   texture.space.reference.fill(Quaterniond::Identity());
   texture.space.scale = Eigen::VectorXd::Ones(kObservationRows);
   texture.observations = MatrixXd::Zero(kObservationRows, 241);
+  texture.takes = {{"", 0, 241, 0, 1.0}};
   for (int f = 0; f <= 240; ++f) {
     texture.observations.block<3, 1>(3 * kJoint, f) = math::log(tilted(0.75 * f));
   }
@@ -67,6 +68,21 @@ TEST(JointDetours, GoRoundWhereNothingWasCaptured) {
   const auto turns = JointDetours(texture, range).around(kJoint, straight, kFree);
   ASSERT_TRUE(turns);
   EXPECT_LT(farthest(range, straight, *turns), kFree + 2.0 * math::kDegree);
+}
+
+// Halfway round 40 degrees of side are left out, 34 of the joint's own, which the capture crosses
+// from one frame to the next.
+TEST(JointDetours, CrossAGapAsQuicklyAsTheCaptureDid) {
+  MotionTexture texture = half_circle();
+  for (int f = 94; f <= 146; ++f) {
+    texture.observations.col(f) = texture.observations.col(f < 120 ? 93 : 147);
+  }
+  const RotationRange range(texture);
+  const std::vector<Quaterniond> straight = straight_across(150);
+  const auto turns = JointDetours(texture, range).around(kJoint, straight, kFree);
+  ASSERT_TRUE(turns);
+  ASSERT_GT(range.distance(kJoint, tilted(90.0)), kFree + 8.0 * math::kDegree);
+  EXPECT_LT(farthest(range, straight, *turns), kFree + 3.0 * math::kDegree);
 }
 
 TEST(JointDetours, ComeFromNothingAndGoToNothingWithoutAJerk) {

@@ -91,6 +91,7 @@ TEST_F(TextureSynthesisCli, FindsPathsAndPlaysThem) {
   expect_error("texture path dance.texture 0 999", 2, "there is no texton 999");
   expect_error("texture path dance.texture 0 2 --avoid 2", 2, "both passed and avoided");
   expect_error("texture path dance.texture 0 0 --length 1 --via 1", 5, "no path from texton 0");
+  expect_error("texture path dance.texture 0 2 --length 1", 5, "leave --length out");
 }
 
 TEST_F(TextureSynthesisCli, EditsAndStretchesATexton) {

@@ -28,6 +28,34 @@ std::string text_of(const std::vector<int>& path) {
   return text;
 }
 
+/// How many textons other than `from` the captures go on to from it, whatever comes between.
+int reached_from(const Eigen::MatrixXd& transitions, int from) {
+  int count = 0;
+  for (int to = 0; to < transitions.rows(); ++to) {
+    count += to != from && texture::cheapest_path(transitions, from, to).has_value();
+  }
+  return count;
+}
+
+/// Why there is no path, and what to do.
+std::string why_none(const TexturePathVerb& verb, const Eigen::MatrixXd& transitions) {
+  const auto other = texture::cheapest_path(transitions, verb.from, verb.to, verb.rules);
+  if (verb.length && other) {
+    return fmt::format("; the likeliest of another length has {}: leave --length out",
+                       other->size());
+  }
+  if (!verb.rules.avoid.empty() &&
+      texture::cheapest_path(transitions, verb.from, verb.to, {{}, verb.rules.via})) {
+    return "; there is one through textons to be avoided";
+  }
+  const std::string stops = verb.rules.via.empty() ? "" : " by way of --via";
+  return fmt::format(
+      "{}: the captures go on from {} to {} of {} other textons; learn with a larger --threshold, "
+      "for textons that occur in more captures, or go between poses: 'texture synthesize --from "
+      "CLIP:FRAME --to CLIP:FRAME'",
+      stops, verb.from, reached_from(transitions, verb.from), transitions.rows() - 1);
+}
+
 void run(const TexturePathVerb& verb) {
   InputRecord record;
   const texture::MotionTexture texture = read_texture_file(verb.input, record);
@@ -38,10 +66,10 @@ void run(const TexturePathVerb& verb) {
                : texture::cheapest_path(transitions, verb.from, verb.to, verb.rules);
   });
   if (!found) {
-    throw Error(
-        ErrorKind::kData,
-        fmt::format("{}: no path from texton {} to {}{} under these rules", verb.input, verb.from,
-                    verb.to, verb.length ? fmt::format(" of {} textons", *verb.length) : ""));
+    throw Error(ErrorKind::kData,
+                fmt::format("{}: no path from texton {} to {}{}{}", verb.input, verb.from, verb.to,
+                            verb.length ? fmt::format(" of {} textons", *verb.length) : "",
+                            why_none(verb, transitions)));
   }
   const double cost = texture::path_cost(transitions, *found);
   base::Rng rng(verb.common.seed);

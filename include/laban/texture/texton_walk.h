@@ -49,6 +49,8 @@ struct TextonChange {
 /// segment: at the frames, some of the last seconds' and some of all others, where poses and
 /// velocities are near, little of the take is lost, little is repeated that was walked on lately,
 /// and no joint on its way from the one pose to the other gets far from what it was seen to do.
+/// Where a crossing leads to frames that can only be left by such turns, it costs what they do; an
+/// end of a take is walked on the more seldom the more it costs to come back from there.
 class TextonWalk {
  public:
   /// @param texture  must outlive the walk; at least one segment.

@@ -40,7 +40,8 @@ export class Character {
   private readonly at = new THREE.Vector3();
   private static readonly one = new THREE.Vector3(1, 1, 1);
 
-  private constructor(readonly root: THREE.Object3D, motion: Motion) {
+  /** @param nodeOf  which node of the file a bone is. */
+  private constructor(readonly root: THREE.Object3D, motion: Motion, nodeOf: (bone: THREE.Object3D) => number | undefined) {
     const rest = restPositions(motion);
     const inverses = new Map<THREE.Bone, THREE.Matrix4>();
     root.traverse(node => {
@@ -50,8 +51,10 @@ export class Character {
     });
     const found: {bone: THREE.Bone; joint: number; bind: THREE.Matrix4}[] = [];
     for (const [bone, inverse] of inverses) {
-      const joint = motion.joints.findIndex(
-        candidate => THREE.PropertyBinding.sanitizeNodeName(candidate.name) === bone.name);
+      // A node without a name is a joint named after its number.
+      const unnamed = `node_${nodeOf(bone)}`;
+      const joint = motion.joints.findIndex(candidate => candidate.name === unnamed ||
+        (bone.name !== "" && THREE.PropertyBinding.sanitizeNodeName(candidate.name) === bone.name));
       if (joint >= 0) found.push({bone, joint, bind: inverse.clone().invert()});
     }
     const corners = farApart(found.map(one => rest[one.joint]));
@@ -68,7 +71,7 @@ export class Character {
   /** @throws if the bytes are no character that plays this motion. */
   static async load(bytes: ArrayBuffer, motion: Motion): Promise<Character> {
     const gltf = await new GLTFLoader().parseAsync(bytes, "");
-    const character = new Character(gltf.scene, motion);
+    const character = new Character(gltf.scene, motion, bone => gltf.parser.associations.get(bone)?.nodes);
     if (character.bound.length === 0) throw new Error("the character's bones are not the motion's");
     return character;
   }
