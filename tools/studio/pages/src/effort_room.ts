@@ -1,6 +1,7 @@
 // The Effort room: sliders on one side, input and output on the stage, the snippets below.
 import {getMotion, postForFile, postJson, postMotion, type ClipInfo, type EffortState, type Lock, type Numbers,
         type OpenedEffort, type OverTime, type SnippetChoices, type StyleReport} from "./api";
+import type {Character} from "./character";
 import {button, checkbox, download, el, select} from "./dom";
 import {EffortGraph} from "./effort_graph";
 import {FactorSlider} from "./factor_slider";
@@ -11,7 +12,7 @@ import {LineChart} from "./line_chart";
 import {duration, type Motion} from "./motion";
 import {SnippetPanel} from "./snippet_panel";
 import {Stage, type StagedClip} from "./stage";
-import {characterOf} from "./stage_room";
+import {staged} from "./stage_room";
 import type {Room, Studio} from "./studio";
 import {Timeline, type TimedSnippet} from "./timeline";
 
@@ -57,6 +58,7 @@ export class EffortRoom implements Room {
   private panel: SnippetPanel | null = null;
   private options: {root: HTMLElement; show: (state: EffortState) => void} | null = null;
   private input: StagedClip | null = null;
+  private outputCharacter: Character | null = null;
   private output: Motion | null = null;
   private report: StyleReport | null = null;
   private inputOverTime: OverTime | null = null;
@@ -114,7 +116,9 @@ export class EffortRoom implements Room {
     const opened = await postJson<OpenedEffort>("/api/effort/open", {clip: clip.id});
     this.clip = clip;
     this.opened = opened;
-    this.input = {label: `input: ${clip.name}`, motion, character: await characterOf(clip, motion)};
+    this.input = await staged(`input: ${clip.name}`, clip, motion);
+    // A character is in one pane at a time: the output has its own.
+    this.outputCharacter = (await staged("", clip, motion)).character ?? null;
     this.output = this.report = this.selected = this.inputOverTime = null;
     this.history = new History(opened.state, state => this.changed(state));
     this.sliders = new Map(opened.factors.map(factor => [factor, new FactorSlider(factor,
@@ -166,7 +170,7 @@ export class EffortRoom implements Room {
       const output = await postMotion("/api/effort/style", {clip: this.clip!.id, state, draft});
       this.output = output;
       this.report = output.header["report"] as StyleReport;
-      this.stage.setClips([this.input!, {label: "output", motion: output, character: this.input!.character}]);
+      this.stage.setClips([this.input!, {label: "output", motion: output, character: this.outputCharacter}]);
       this.showReport(state);
       this.cautions.replaceChildren(...(output.header["cautions"] as string[]).map(line => el("li", {}, line)));
       if (draft && this.selected !== null) {

@@ -127,11 +127,15 @@ export class Pane {
   private readonly middle = new THREE.Vector3();
   private readonly target = new THREE.Vector3();
   private readonly leg: number;
+  private readonly height: number;
   private readonly reach: number;
 
   constructor(readonly actors: Actor[], options: PaneOptions) {
     const last = actors[actors.length - 1].motion;
     this.leg = last.leg;
+    // Of who stands as at the first frame; a head reaches above its joint.
+    const {positions} = new Pose(last).set(0);
+    this.height = 1.12 * Math.max(2 * last.leg, ...positions.filter((_, n) => n % 3 === 1).map(y => y - last.floor));
     this.bodies = actors.map(actor => new Body(actor, {...options, skins: options.skins && !actor.ghost}));
     for (const body of this.bodies) this.scene.add(body.root);
     this.grid = new THREE.GridHelper(40, 80, ink("--line"), ink("--line"));
@@ -152,8 +156,8 @@ export class Pane {
     for (const body of this.bodies) pose = body.show(time);
     const floor = this.actors[this.actors.length - 1].motion.floor;
     const root = pose!.positions;
-    this.target.set(view.follow ? root[0] : this.middle.x, floor + 0.95 * this.leg, view.follow ? root[2] : this.middle.z);
-    const away = (view.follow ? 4.6 * this.leg : 4.6 * this.leg + 1.4 * this.reach) / view.zoom * Math.max(1, 0.8 / aspect);
+    this.target.set(view.follow ? root[0] : this.middle.x, floor + 0.48 * this.height, view.follow ? root[2] : this.middle.z);
+    const away = (2 * this.height + (view.follow ? 0 : 1.4 * this.reach)) / view.zoom * Math.max(1, 0.8 / aspect);
     this.camera.position.set(
       this.target.x + away * Math.sin(view.yaw) * Math.cos(view.pitch),
       this.target.y + away * Math.sin(view.pitch),

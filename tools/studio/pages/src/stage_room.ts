@@ -3,13 +3,17 @@ import {getMotion, getBytes, type ClipInfo} from "./api";
 import {Character} from "./character";
 import {el} from "./dom";
 import type {Motion} from "./motion";
-import {Stage} from "./stage";
+import {Stage, type StagedClip} from "./stage";
 import type {Room, Studio} from "./studio";
 
-/** The character of a clip, if it has one that can be shown. */
-export async function characterOf(clip: ClipInfo, motion: Motion): Promise<Character | null> {
-  if (!clip.has_mesh) return null;
-  return await Character.load(await getBytes(`/api/clips/${clip.id}/mesh`), motion).catch(() => null);
+/** A motion of a clip for the stage, with the clip's character if it has one that can be shown. */
+export async function staged(label: string, clip: ClipInfo, motion: Motion): Promise<StagedClip> {
+  if (!clip.has_mesh) return {label, motion};
+  try {
+    return {label, motion, character: await Character.load(await getBytes(`/api/clips/${clip.id}/mesh`), motion)};
+  } catch (error) {
+    return {label: `${label} (no character: ${error instanceof Error ? error.message : String(error)})`, motion};
+  }
 }
 
 export class StageRoom implements Room {
@@ -25,7 +29,7 @@ export class StageRoom implements Room {
     host.append(el("div", {class: "room stage-room"}, this.stage.root));
     if (clip === null) return this.stage.setClips([]);
     const motion = await getMotion(`/api/clips/${clip.id}/motion`);
-    this.stage.setClips([{label: clip.name, motion, character: await characterOf(clip, motion)}]);
+    this.stage.setClips([await staged(clip.name, clip, motion)]);
   }
   leave(): void {
     this.stage?.player.pause();
