@@ -1,24 +1,25 @@
 #pragma once
 
-#include <optional>
+#include <array>
 #include <span>
-#include <string>
 #include <vector>
 
 #include <Eigen/Dense>
 
 namespace laban::effort {
 
-/// f(z) = offset + sum_n coefficients_n k(z, z_n)
-///        + b(alpha) (bulge_offset + sum_n bulge_n k(z, z_n)), k a Gaussian, z_n both orders.
+/// How large values may be: everywhere alike, or in proportion to b(alpha) = alpha (1 - alpha), as
+/// a departure from interpolation must be, for at alpha = 0 and 1 a blend is its seed.
+enum class ProcessForm { kPlain, kBulge };
+
+/// f(z) = offset + sum_n coefficients_n k(z, z_n), k a Gaussian, z_n both orders; times b(alpha) in
+/// the form kBulge.
 struct AveragedProcess {
   double relative_width = 0.0;  ///< in median distances; 0 if nothing was learnt
   double width = 0.0;
   double loss_weight = 0.0;  ///< 1 / noise ratio of the likeliest process; 0 if nothing was learnt
   double offset = 0.0;
-  double bulge_offset = 0.0;
   Eigen::VectorXd coefficients;  ///< 2 N, twins alike
-  Eigen::VectorXd bulge;         ///< 2 N, twins alike
   Eigen::VectorXd held_out;      ///< N residuals of the targets, each fold left out
 };
 
@@ -27,13 +28,9 @@ struct AveragedProcess {
   return (alpha.array() * (1.0 - alpha.array())).transpose();
 }
 
-/// Gaussian processes of several widths, noise levels and forms on one training set, and their
-/// average.
-///
-/// The forms: values of one size everywhere, and values in proportion to b(alpha), as a departure
-/// from interpolation must be, for at alpha = 0 and 1 a blend is its seed. Each process has the
-/// covariance 1 + k (a constant and a Gaussian of equal size; k of both orders) times its form, and
-/// white noise.
+/// Gaussian processes of several widths and noise levels on one training set, and their average.
+/// Each has the covariance 1 + k (a constant and a Gaussian of equal size; k of both orders) times
+/// its form, and white noise.
 class ProcessGrid {
  public:
   /// @param samples   D x 2 N scaled features: the blends, then the same told from the other end.
@@ -45,8 +42,7 @@ class ProcessGrid {
 
   /// The average of all processes of one width and of "nothing at all", each by its tempered
   /// evidence; the width is the one of most evidence. `targets` are not centred.
-  /// @param with_bulge  the second form is among them.
-  [[nodiscard]] AveragedProcess average(const Eigen::VectorXd& targets, bool with_bulge) const;
+  [[nodiscard]] AveragedProcess average(const Eigen::VectorXd& targets, ProcessForm form) const;
 
  private:
   /// Eigenvectors and values of W^1/2 A K A W^1/2, with A the form's values at the samples.
@@ -57,17 +53,16 @@ class ProcessGrid {
   };
   struct Width {
     double relative = 0.0;
-    Spectrum plain;
-    Spectrum bulge;
+    std::array<Spectrum, 2> spectra;  // by ProcessForm
   };
-  /// What the processes of one width and form make of the targets, relative to nothing at all.
+  /// What the processes of one width make of the targets, relative to nothing at all.
   struct Share {
     double total = 0.0;            // sum of tempered evidence times prior
     double best = 0.0;             // greatest summand
     double noise_ratio = 0.0;      // of the best
     std::vector<double> summands;  // by noise ratio
   };
-  Share share(const Spectrum& spectrum, const Eigen::VectorXd& whitened, double prior) const;
+  Share share(const Spectrum& spectrum, const Eigen::VectorXd& whitened) const;
   void add(const Spectrum& spectrum, const Share& share, double norm,
            const Eigen::VectorXd& whitened, Eigen::VectorXd& coefficients,
            Eigen::VectorXd& held_out) const;

@@ -327,21 +327,20 @@ Fitted fit_residual_kernel_ridge(const TrainingSet& set) {
   for (int f = 0; f < set.factor_count(); ++f) {
     const Eigen::VectorXd missed = (set.labels() - set.interpolated()).col(f);
     const Eigen::VectorXd learnt_from = without_outliers(missed);
-    AveragedProcess chosen = processes.average(learnt_from, true);
+    AveragedProcess chosen = processes.average(learnt_from, ProcessForm::kBulge);
     chosen.held_out += missed - learnt_from;
     const Eigen::VectorXd label = set.labels().col(f);
     const double mean = label.dot(set.weights()) / set.weights().sum();
-    const AveragedProcess plain = processes.average(label.array() - mean, false);
-    state.interpolation[f] = 1.0;
+    AveragedProcess plain = processes.average(label.array() - mean, ProcessForm::kPlain);
     if (surely_at_most(chosen.held_out, plain.held_out, set) < 0.0) {
-      chosen = plain;
-      state.interpolation[f] = 0.0;
-      state.offset[f] = mean;
+      chosen = std::move(plain);
+      state.offset[f] = mean + chosen.offset;
+      state.coefficients.row(f) = chosen.coefficients.transpose();
+    } else {
+      state.interpolation[f] = 1.0;
+      state.bulge_offset[f] = chosen.offset;
+      state.bulge.row(f) = chosen.coefficients.transpose();
     }
-    state.offset[f] += chosen.offset;
-    state.bulge_offset[f] = chosen.bulge_offset;
-    state.coefficients.row(f) = chosen.coefficients.transpose();
-    state.bulge.row(f) = chosen.bulge.transpose();
     state.fits[static_cast<std::size_t>(f)] = {
         chosen.width, chosen.relative_width, chosen.loss_weight, 0.0,
         weighted_mean_square(chosen.held_out, set.weights())};

@@ -19,20 +19,30 @@ void append_unless_positive(const char* name, double value, std::vector<std::str
                      " (must be > 0 and finite)");
 }
 
+/// How much interpolation may miss, relative: in proportion to how far apart the parents are in
+/// `scaled` z; nothing at the seeds, whose labels are known.
+/// @param twins  of `scaled`, told from the other end.
+Eigen::VectorXd prior_sizes(const Eigen::MatrixXd& scaled, const Eigen::MatrixXd& twins,
+                            const Eigen::ArrayXd& bulge) {
+  const Eigen::VectorXd apart =
+      (scaled - twins).topRows(scaled.rows() - 1).colwise().norm().transpose();
+  const Eigen::VectorXd sizes = (bulge == 0.0).select(0.0, apart.array());
+  const double size = std::sqrt(sizes.squaredNorm() / static_cast<double>(sizes.size()));
+  return size > 0.0 ? Eigen::VectorXd(sizes / size) : sizes;
+}
+
 /// Prior covariance of what interpolation misses at the blends.
 Eigen::MatrixXd prior_covariance(const Eigen::MatrixXd& z, int factors, double relative_width) {
-  Eigen::MatrixXd both(z.rows(), 2 * z.cols());
+  const Eigen::Index N = z.cols();
+  Eigen::MatrixXd both(z.rows(), 2 * N);
   both << z, swap_order(z, factors);
   const Eigen::MatrixXd scaled = fit_balanced_scale(both, factors).apply(both);
   const Eigen::MatrixXd k =
-      learn::gaussian_kernel(learn::squared_distances(scaled.leftCols(z.cols()), scaled),
+      learn::gaussian_kernel(learn::squared_distances(scaled.leftCols(N), scaled),
                              relative_width * learn::median_distance(scaled));
-  const Eigen::MatrixXd symmetric =
-      (0.5 * (k.leftCols(z.cols()) + k.rightCols(z.cols()))).array() + 1.0;
-  Eigen::ArrayXd b = bulge_of(z.bottomRows(1));
-  const double size = std::sqrt(b.square().mean());
-  if (size > 0.0) b /= size;
-  return b.matrix().asDiagonal() * symmetric * b.matrix().asDiagonal();
+  const Eigen::VectorXd sizes =
+      prior_sizes(scaled.leftCols(N), scaled.rightCols(N), bulge_of(z.bottomRows(1)));
+  return sizes.asDiagonal() * (0.5 * (k.leftCols(N) + k.rightCols(N))) * sizes.asDiagonal();
 }
 
 /// Lowers the covariance by what a noisy value at `column` tells.

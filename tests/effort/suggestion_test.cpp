@@ -57,6 +57,15 @@ TEST(SuggestBlends, DoesNotAskAgainWhatItKnowsNorAtTheSeeds) {
   EXPECT_EQ(suggest_blends(Eigen::MatrixXd(13, 0), pool, {.count = 40}).back().column, 7);
 }
 
+TEST(SuggestBlends, PrefersParentsThatAreFarApart) {
+  Eigen::MatrixXd pool = some_features(40, 1);
+  // Parents alike in content and Effort: their blends are as they are, whatever alpha.
+  pool.middleRows(3, 3).leftCols(20) = pool.middleRows(0, 3).leftCols(20);
+  pool.middleRows(9, 3).leftCols(20) = pool.middleRows(6, 3).leftCols(20);
+  for (const int column : columns_of(suggest_blends(Eigen::MatrixXd(), pool, {.count = 20})))
+    EXPECT_GE(column, 20);
+}
+
 TEST(SuggestBlends, DoesNotDependOnTheOrderOfABlend) {
   const Eigen::MatrixXd pool = some_features(30, 1), labelled = some_features(5, 2);
   EXPECT_EQ(columns_of(suggest_blends(labelled, pool, {.count = 10})),

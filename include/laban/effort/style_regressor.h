@@ -99,7 +99,7 @@ struct RegressorGrid {
   std::vector<double> svr_loss_weights = {1.0, 5.0, 25.0, 100.0};
   std::vector<double> svr_epsilons = {0.03, 0.1, 0.3};
   /// The fifth's: widths, and noise variances in units of the signal's (each a ridge, 1/U).
-  std::vector<double> averaged_relative_widths = {0.7, 1.0, 1.4, 2.0};
+  std::vector<double> averaged_relative_widths = {0.35, 0.5, 0.7, 1.0, 1.4, 2.0};
   std::vector<double> averaged_noise_ratios = {0.01, 0.03, 0.1,  0.3,   1.0,
                                                3.0,  10.0, 30.0, 100.0, 300.0};
 
@@ -259,10 +259,10 @@ class StyleRegressor {
 /// says; content, efforts and alpha count alike in its distances; what interpolation misses is cut
 /// to 2.5 of its robust standard deviations before it is learnt from; kernel ridges of every ridge
 /// of a grid are averaged, each with the whole grid's worth of "nothing at all", by their tempered
-/// Gaussian process evidence; half of them vanish at alpha = 0 and 1 as the truth does; predictions
-/// are cut to [-3, 3]. Where the same average of kernel ridges on the labels themselves is surely
-/// better (by more than two standard errors of the paired held-out differences) interpolation
-/// misleads, and it is that: StyleRegressorState::interpolation tells.
+/// Gaussian process evidence; all are in proportion to alpha (1 - alpha), for a blend at alpha = 0
+/// or 1 is its seed; predictions are cut to [-3, 3]. Where the same average of kernel ridges on the
+/// labels themselves is surely better (by more than two standard errors of the paired held-out
+/// differences) interpolation misleads, and it is that: StyleRegressorState::interpolation tells.
 ///
 /// Every learner minimises the weighted loss, U sum_n w_n L(f(z_n) - e_n), and choices are made by
 /// the weighted error. SVR alone can not: libsvm's regression has one C for all samples.
