@@ -347,7 +347,8 @@ IntraclassCorrelation icc_two_way_of(const Units& units, std::size_t rater_count
   const double total = BMS + (k - 1.0) * EMS + k * (JMS - EMS) / n;
   if (!(total > 0.0)) return result;
   result.value = (BMS - EMS) / total;
-  result.interval = interval_of_two_way(m, *result.value, level);
+  // Where raters differ by a constant and units not at all, nothing tells how sure the 0 is.
+  if (BMS > 0.0 || EMS > 0.0) result.interval = interval_of_two_way(m, *result.value, level);
   return result;
 }
 

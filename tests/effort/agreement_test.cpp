@@ -189,6 +189,15 @@ TEST(IntraclassCorrelation, ABiasCountsAgainstAgreement) {
   }
 }
 
+TEST(IccTwoWay, RatersWhoDifferByAConstantAndUnitsNotAtAllHaveNoInterval) {
+  Eigen::MatrixXd ratings(4, 2);
+  ratings.col(0).setConstant(1.0);
+  ratings.col(1).setConstant(-1.0);
+  const IntraclassCorrelation icc = icc_two_way(ratings);
+  EXPECT_EQ(icc.value, 0.0);
+  EXPECT_FALSE(icc.interval);
+}
+
 TEST(IntraclassCorrelation, IsNotDefinedWithoutTwoUnitsTwoRatersOrVariation) {
   EXPECT_FALSE(icc_two_way(Eigen::MatrixXd::Constant(5, 3, 0.1)).value);
   EXPECT_FALSE(icc_two_way(Eigen::MatrixXd::Random(1, 3)).value);

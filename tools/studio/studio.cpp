@@ -1,5 +1,7 @@
 #include "studio.h"
 
+#include <charconv>
+
 #include "laban/base/version.h"
 
 #include "access.h"
@@ -37,8 +39,13 @@ Studio::Studio(const StudioOptions& options, std::string page, const cli::Common
                  {"POST /api/effort/style", &Studio::effort_style},
                  {"POST /api/effort/snippet", &Studio::effort_snippet},
                  {"POST /api/effort/over-time", &Studio::effort_over_time},
-                 {"POST /api/effort/export", &Studio::effort_export}} {
+                 {"POST /api/effort/export", &Studio::effort_export},
+                 {"GET /api/label/next", &Studio::label_next},
+                 {"GET /api/label/motion", &Studio::label_motion},
+                 {"POST /api/label/answer", &Studio::label_answer},
+                 {"GET /api/label/agreement", &Studio::label_agreement}} {
   for (const std::string& clip : options.clips) stage_.open(clip);
+  if (!options.labelling.table.empty()) label_.emplace(options.labelling, common);
 }
 
 Response Studio::handle(const Request& request) {
@@ -59,7 +66,7 @@ Response Studio::page(const Request& /*request*/) {
 
 Response Studio::overview(const Request& /*request*/) {
   return json_response({{"version", base::version()},
-                        {"rooms", {"stage", "effort"}},
+                        {"rooms", label_ ? Json{"label"} : Json{"effort", "stage"}},
                         {"clips", stage_.clips_json()}});
 }
 
@@ -85,6 +92,30 @@ Response Studio::effort_over_time(const Request& request) {
 
 Response Studio::effort_export(const Request& request) {
   return effort_.exported(parsed_body(request), query_value(request, "format"));
+}
+
+LabelRoom& Studio::labels() {
+  if (!label_) throw HttpError(404, "no label table is open; open one with: laban studio --label");
+  return *label_;
+}
+
+Response Studio::label_next(const Request& /*request*/) {
+  return json_response(labels().next());
+}
+
+Response Studio::label_motion(const Request& request) {
+  const std::string text = query_value(request, "place");
+  int place = -1;
+  std::from_chars(text.data(), text.data() + text.size(), place);
+  return labels().motion(place, query_value(request, "which") == "neutral");
+}
+
+Response Studio::label_answer(const Request& request) {
+  return json_response(labels().answer(parsed_body(request)));
+}
+
+Response Studio::label_agreement(const Request& /*request*/) {
+  return json_response(labels().agreement());
 }
 
 Response Studio::clip(const Request& request) const {

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <map>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "effort_room.h"
 #include "http.h"
+#include "label_room.h"
 #include "stage.h"
 
 namespace laban::studio {
@@ -16,6 +17,7 @@ struct StudioOptions {
   std::vector<std::string> clips;
   std::string model;  ///< path; empty: the default model
   cli::ReadClipOptions reading;
+  LabellingOptions labelling;
 };
 
 /// The rooms behind the pages: a request in, an answer out. It knows nothing of sockets.
@@ -39,12 +41,19 @@ class Studio {
   Response effort_snippet(const Request& request);
   Response effort_over_time(const Request& request);
   Response effort_export(const Request& request);
+  Response label_next(const Request& request);
+  Response label_motion(const Request& request);
+  Response label_answer(const Request& request);
+  Response label_agreement(const Request& request);
+  /// @throws HttpError{404} if no table is open.
+  LabelRoom& labels();
   /// "/api/clips/c0/motion" and its like.
   Response clip(const Request& request) const;
 
   std::string page_;
   Stage stage_;
   EffortRoom effort_;
+  std::optional<LabelRoom> label_;
   std::map<std::string, Answerer> answerers_;  // by "METHOD /path"
 };
 

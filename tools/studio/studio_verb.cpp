@@ -45,7 +45,15 @@ std::string read_page() {
   return read_bytes(path->string());
 }
 
-void run(const StudioVerb& verb) {
+/// Who is at the machine.
+std::string user_name() {
+  const char* user = std::getenv("USER");
+  return user == nullptr || *user == '\0' ? "rater" : user;
+}
+
+void run(StudioVerb& verb) {
+  verb.studio.labelling.seed = verb.common.seed;
+  if (verb.studio.labelling.observer.empty()) verb.studio.labelling.observer = user_name();
   studio::Studio rooms(verb.studio, read_page(), verb.common);
   studio::ServerOptions options;
   options.port = verb.port;
@@ -65,11 +73,23 @@ void add_studio(CLI::App& app) {
                            "laban studio walk.bvh --model bandai.laban");
   sub->add_option("INPUT", verb->studio.clips, "clips to open; more can be dropped on the page");
   sub->add_option("--model", verb->studio.model, "style model (default: the embedded corpus's)");
+  const std::string group = "Labelling";
+  sub->add_option("--label", verb->studio.labelling.table,
+                  "label table to fill in by watching: opens the labelling room instead")
+      ->group(group);
+  sub->add_option("--observer", verb->studio.labelling.observer, "who rates")
+      ->default_str("your user name")
+      ->group(group);
+  sub->add_option("--repeats", verb->studio.labelling.repeats,
+                  "share that is shown a second time, unannounced")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->group(group);
   sub->add_option("--port", verb->port, "of 127.0.0.1 to listen on; 0: one that is free")
       ->capture_default_str();
   sub->add_flag("--no-browser", verb->no_browser, "print the address alone");
   add_read_options(sub, verb->studio.reading);
-  add_common(sub, verb->common, {.json = false});
+  add_common(sub, verb->common, {.json = false, .seed = true});
   sub->callback([verb] { run(*verb); });
 }
 

@@ -2,6 +2,7 @@
 import {getJson, sendFile, type ClipInfo, type Overview} from "./api";
 import {el, select, button} from "./dom";
 import {EffortRoom} from "./effort_room";
+import {LabelRoom} from "./label_room";
 import {StageRoom} from "./stage_room";
 import type {Room, Studio} from "./studio";
 import {chooseTheme, theme} from "./theme";
@@ -12,8 +13,8 @@ class Shell implements Studio {
   private readonly head = document.getElementById("head")!;
   private readonly host = document.getElementById("room")!;
   private readonly trouble = document.getElementById("trouble")!;
-  private readonly rooms: Room[] = [new EffortRoom(this), new StageRoom(this)];
-  private room: Room = this.rooms[0];
+  private rooms: Room[] = [];
+  private room: Room | null = null;
   private underWay = 0;
 
   async start(): Promise<void> {
@@ -21,6 +22,10 @@ class Shell implements Studio {
       const overview = await getJson<Overview>("/api/studio");
       this.clips = overview.clips;
       this.clip = this.clips[0] ?? null;
+      const made: Record<string, () => Room> = {
+        effort: () => new EffortRoom(this), stage: () => new StageRoom(this), label: () => new LabelRoom(this),
+      };
+      this.rooms = overview.rooms.filter(id => id in made).map(id => made[id]());
       this.listen();
       await this.enter(this.rooms[0]);
     });
@@ -43,7 +48,7 @@ class Shell implements Studio {
   }
 
   private async enter(room: Room): Promise<void> {
-    this.room.leave();
+    this.room?.leave();
     this.room = room;
     this.showHead();
     this.host.replaceChildren();
@@ -58,10 +63,11 @@ class Shell implements Studio {
     });
     const clips = select("Clip", this.clips.map(clip => ({value: clip.id, label: clip.name})), this.clip?.id ?? "", id => {
       this.clip = this.clips.find(clip => clip.id === id) ?? null;
-      void this.enter(this.room);
+      void this.enter(this.room!);
     });
     const other = theme() === "dark" ? "light" : "dark";
-    this.head.replaceChildren(el("h1", {}, "laban"), el("nav", {"aria-label": "Rooms"}, ...tabs), clips.root,
+    this.head.replaceChildren(el("h1", {}, "laban"), el("nav", {"aria-label": "Rooms"}, ...tabs),
+      ...(this.room?.id === "label" ? [] : [clips.root]),
       el("span", {class: "spacer"}),
       button(other === "dark" ? "Dark" : "Light", `Show the pages ${other}`, () => {
         chooseTheme(other);
@@ -72,9 +78,9 @@ class Shell implements Studio {
   private listen(): void {
     document.addEventListener("keydown", event => {
       const target = event.target as HTMLElement;
-      const types = target instanceof HTMLInputElement && ["number", "text"].includes(target.type);
+      const types = target instanceof HTMLTextAreaElement || (target instanceof HTMLInputElement && ["number", "text"].includes(target.type));
       const presses = event.key === " " && target.closest("button, input, select") !== null;
-      if (!types && !presses && this.room.key(event)) event.preventDefault();
+      if (!types && !presses && this.room?.key(event)) event.preventDefault();
     });
     document.addEventListener("dragover", event => event.preventDefault());
     document.addEventListener("drop", event => {
@@ -89,14 +95,14 @@ class Shell implements Studio {
     await this.attempt(async () => {
       for (const file of files.sort((a, b) => order(a) - order(b))) {
         if (file.name.toLowerCase().endsWith(".json")) {
-          if (!await this.room.open?.(JSON.parse(await file.text()))) throw new Error(`${file.name}: no state of this room`);
+          if (!await this.room!.open?.(JSON.parse(await file.text()))) throw new Error(`${file.name}: no state of this room`);
           continue;
         }
         const clip = await sendFile(file);
         if (clip === null) continue;
         this.clips.push(clip);
         this.clip = clip;
-        await this.enter(this.room);
+        await this.enter(this.room!);
       }
     });
   }

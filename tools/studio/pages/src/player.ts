@@ -10,6 +10,7 @@ export class Player {
   private step = 1 / 60;
   private last: number | null = null;
   private readonly listeners: Tick[] = [];
+  private readonly rounds: (() => void)[] = [];
   private readonly states: ((playing: boolean) => void)[] = [];
 
   get playing(): boolean {
@@ -20,6 +21,10 @@ export class Player {
   }
   onTick(listener: Tick): void {
     this.listeners.push(listener);
+  }
+  /** Each time that it begins again, or is begun from its start. */
+  onLoop(listener: () => void): void {
+    this.rounds.push(listener);
   }
   onPlay(listener: (playing: boolean) => void): void {
     this.states.push(listener);
@@ -48,6 +53,7 @@ export class Player {
     if (!this.loop && this.time >= this.end) this.time = 0;
     this.last = performance.now();
     this.tellState();
+    if (this.time === 0) this.tellRound();
     requestAnimationFrame(now => this.advance(now));
   }
   pause(): void {
@@ -60,11 +66,18 @@ export class Player {
     let next = this.time + this.speed * Math.max(0, now - this.last) / 1000;
     this.last = now;
     if (next > this.end) {
-      if (this.loop) next %= this.end;
-      else this.pause();
+      if (this.loop) {
+        next %= this.end;
+        this.tellRound();
+      } else {
+        this.pause();
+      }
     }
     this.seek(next);
     if (this.playing) requestAnimationFrame(later => this.advance(later));
+  }
+  private tellRound(): void {
+    for (const listener of this.rounds) listener();
   }
   private tellState(): void {
     for (const listener of this.states) listener(this.playing);

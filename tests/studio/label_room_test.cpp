@@ -1,0 +1,169 @@
+#include "label_room.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "laban/base/atomic_file.h"
+
+#include "../tools/program.h"
+
+namespace laban::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Eight clips of two contents and three blends, blank.
+fs::path blank_sheet() {
+  const fs::path folder = test::fresh_folder();
+  for (const std::string content : {"walk", "bow"}) {
+    for (const std::string performer : {"p01", "p02", "p03", "p04"}) {
+      const std::string name = "phrase_" + content + "_" + performer + ".bvh";
+      fs::copy_file(fs::path(LABAN_SOURCE_DIR) / "data/phrase" / name, folder / name);
+    }
+  }
+  const auto made = test::run_laban(
+      "corpus --clips . --pattern 'phrase_{content}_{performer}' --blends 3 --label none -o "
+      "sheet.csv",
+      folder);
+  EXPECT_EQ(made.code, 0) << made.err;
+  return folder / "sheet.csv";
+}
+
+LabellingOptions options(const fs::path& sheet, const std::string& observer = "ann") {
+  return {sheet.string(), observer, 7, 0.2};
+}
+
+effort::LabelTable table_of(const fs::path& sheet) {
+  return effort::parse_label_table(base::read_file(sheet), "sheet.csv");
+}
+
+Json rating(const Json& place, const Json& flow) {
+  return {{"place", place},     {"factors", {{"flow", flow}, {"weight", -0.5}, {"time", 2}}},
+          {"confidence", 0.75}, {"comment", "a \"comment\", with a comma\nand a line"},
+          {"replays", 3},       {"seconds", 4.5}};
+}
+
+std::vector<std::string> names(int count) {
+  std::vector<std::string> all;
+  for (int n = 0; n < count; ++n) all.push_back("f" + std::to_string(n));
+  return all;
+}
+
+TEST(RatingOrder, ShowsEachOnceAndSomeAgainLaterUnannounced) {
+  const auto order = rating_order(names(40), 3, 0.25);
+  ASSERT_EQ(order.size(), 50U);
+  std::map<std::string, std::vector<std::size_t>> places;
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    EXPECT_EQ(order[n].repeat, static_cast<int>(places[order[n].fragment].size()));
+    places[order[n].fragment].push_back(n);
+  }
+  EXPECT_EQ(places.size(), 40U);
+  for (const auto& [name, at] : places)
+    if (at.size() == 2) EXPECT_GT(at[1] - at[0], 5U) << name;
+  EXPECT_EQ(rating_order(names(40), 3, 0.25), order);
+  EXPECT_NE(rating_order(names(40), 4, 0.25), order);
+  EXPECT_EQ(rating_order(names(40), 3, 0.0).size(), 40U);
+  EXPECT_EQ(rating_order(names(1), 3, 1.0).size(), 1U);
+}
+
+TEST(LabelRoom, PutsEveryAnswerIntoTheTableBeforeTheNext) {
+  const fs::path sheet = blank_sheet();
+  LabelRoom room(options(sheet), {});
+  Json next = room.next();
+  const int all = next["all"];
+  EXPECT_EQ(all, 11 + 2);
+  int answers = 0;
+  while (!next["place"].is_null()) {
+    next = room.answer(rating(next["place"], answers % 2 == 0 ? Json(1.5) : Json()));
+    ++answers;
+    EXPECT_EQ(next["done"], answers);
+    const auto rows = table_of(sheet).rows;
+    EXPECT_EQ(std::count_if(rows.begin(), rows.end(),
+                            [](const auto& row) { return row.observer == "ann"; }),
+              answers);
+  }
+  EXPECT_EQ(answers, all);
+  const effort::LabelTable table = table_of(sheet);
+  EXPECT_EQ(table.rows.size(), 13U);  // the blank rows were filled, the repeats added
+  for (const effort::LabelRow& row : table.rows) {
+    EXPECT_EQ(row.weight, -0.5);
+    EXPECT_EQ(row.confidence, 0.75);
+    EXPECT_EQ(row.comment, "a \"comment\", with a comma and a line");
+  }
+  const std::string log = test::bytes_of(sheet.string() + ".log");
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), all);
+  EXPECT_THAT(log, ::testing::HasSubstr("\"seed\":7"));
+  EXPECT_THAT(log, ::testing::HasSubstr("\"replays\":3"));
+}
+
+TEST(LabelRoom, GoesOnWhereItStoppedAndGivesAnotherRaterRowsOfTheirOwn) {
+  const fs::path sheet = blank_sheet();
+  Json next;
+  {
+    LabelRoom room(options(sheet), {});
+    for (int n = 0; n < 4; ++n) next = room.answer(rating(room.next()["place"], 1));
+  }
+  LabelRoom again(options(sheet), {});
+  EXPECT_EQ(again.next(), next);
+  LabelRoom other(options(sheet, "bob"), {});
+  EXPECT_EQ(other.next()["done"], 0);
+  for (int n = 0; n < 4; ++n) (void)other.answer(rating(other.next()["place"], -1));
+  const effort::LabelTable table = table_of(sheet);
+  EXPECT_THAT(effort::observers(table), ::testing::UnorderedElementsAre("ann", "bob"));
+  EXPECT_EQ(again.next(), next);
+  const Json agreement = again.agreement();
+  EXPECT_EQ(agreement["raters"].size(), 2U);
+  EXPECT_EQ(agreement["factors"].size(), 3U);
+}
+
+TEST(LabelRoom, NothingObservedIsAnAnswerThatCountsNowhere) {
+  const fs::path sheet = blank_sheet();
+  LabelRoom room(options(sheet), {});
+  const Json place = room.next()["place"];
+  const Json next = room.answer({{"place", place}, {"factors", Json::object()}});
+  EXPECT_EQ(next["done"], 1);
+  const auto rows = table_of(sheet).rows;
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [](const auto& one) { return one.observer == "ann"; });
+  EXPECT_EQ(row->confidence, 0.0);
+  EXPECT_FALSE(row->flow);
+}
+
+TEST(LabelRoom, RefusesWhatIsNoRatingAndWritesNothing) {
+  const fs::path sheet = blank_sheet();
+  LabelRoom room(options(sheet), {});
+  const std::string before = base::read_file(sheet);
+  const Json place = room.next()["place"];
+  for (const Json& flow : {Json(0.25), Json(3.5), Json("1"), Json(true)})
+    EXPECT_THROW((void)room.answer(rating(place, flow)), HttpError) << flow;
+  EXPECT_THROW((void)room.answer(rating(-1, 1)), HttpError);
+  EXPECT_THROW((void)room.answer(rating(99, 1)), HttpError);
+  EXPECT_THROW((void)room.answer(rating("0", 1)), HttpError);
+  Json unsure = rating(place, 1);
+  unsure["confidence"] = 2;
+  EXPECT_THROW((void)room.answer(unsure), HttpError);
+  EXPECT_EQ(base::read_file(sheet), before);
+  (void)room.answer(rating(place, 1));
+  EXPECT_THROW((void)room.answer(rating(place, 1)), HttpError);  // a second time
+}
+
+TEST(LabelRoom, ShowsMotionsWithoutNamesOnOneBody) {
+  LabelRoom room(options(blank_sheet()), {});
+  const int all = room.next()["all"];
+  std::set<std::string> neutrals;
+  for (int place = 0; place < all; ++place) {
+    const std::string variant = room.motion(place, false).body;
+    EXPECT_THAT(variant.substr(0, 6000), ::testing::Not(::testing::HasSubstr("phrase")));
+    EXPECT_THAT(variant.substr(0, 6000), ::testing::HasSubstr("\"leg_length_m\":0.84"));
+    neutrals.insert(room.motion(place, true).body);
+  }
+  EXPECT_EQ(neutrals.size(), 2U);  // one a content
+  EXPECT_THROW((void)room.motion(all, false), HttpError);
+}
+
+}  // namespace
+}  // namespace laban::studio

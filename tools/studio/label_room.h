@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "laban/effort/label_table.h"
+#include "laban/transfer/style_corpus.h"
+
+#include "files.h"
+#include "http.h"
+#include "motion_message.h"
+
+namespace laban::studio {
+
+struct LabellingOptions {
+  std::string table;     ///< label table to fill in; empty: no labelling
+  std::string observer;  ///< who rates; not empty
+  std::uint64_t seed = 1;
+  /// Share of the fragments that are shown a second time, unannounced, in [0, 1].
+  double repeats = 0.1;
+};
+
+/// A fragment or blend to be rated, for the first time (repeat 0) or once more.
+struct RatingTask {
+  std::string fragment;
+  int repeat = 0;
+
+  [[nodiscard]] bool operator==(const RatingTask&) const = default;
+};
+
+/// All fragments in random order, and some of them a second time in its later half, five others at
+/// least between. The same names and seed, the same order.
+[[nodiscard]] std::vector<RatingTask> rating_order(const std::vector<std::string>& fragments,
+                                                   std::uint64_t seed, double repeats);
+
+/// The labelling room: what a rater sees next, blind to names, performers and others' ratings,
+/// beside the most neutral fragment of the same content, both on the standard body. Every answer is
+/// in the table on the disk before the next is asked for; what is there already is not asked again.
+class LabelRoom {
+ public:
+  /// @throws as cli::read_table_fragments.
+  LabelRoom(const LabellingOptions& options, const cli::Common& common);
+
+  /// The first task that is not answered: {"place", "done", "all", "content"}, or place null.
+  [[nodiscard]] Json next() const;
+  /// What is to be rated at a place of the order, or the neutral beside it.
+  /// @throws HttpError{404} if there is no such place.
+  [[nodiscard]] Response motion(int place, bool neutral) const;
+  /// Takes {"place", "factors": {"flow": half steps or null, ..}, "confidence", "comment",
+  /// "replays", "seconds"}: into the table, and with replays and seconds into TABLE.log, a line of
+  /// JSON each.
+  /// @throws HttpError{400} naming the key; Error{kIo} if it cannot be written.
+  Json answer(const Json& request);
+  /// How far raters agree so far (effort::rater_agreement), factor by factor.
+  [[nodiscard]] Json agreement() const;
+
+ private:
+  [[nodiscard]] effort::LabelTable table() const;
+  [[nodiscard]] bool answered(const effort::LabelTable& table, const RatingTask& task) const;
+  [[nodiscard]] const RatingTask& task_at(int place) const;
+  void log(const Json& line) const;
+
+  LabellingOptions options_;
+  std::vector<transfer::Fragment> fragments_;
+  std::vector<transfer::CorpusBlend> blends_;
+  std::map<std::string, int> neutral_;  ///< of each content, a fragment
+  std::vector<RatingTask> tasks_;
+};
+
+}  // namespace laban::studio
