@@ -14,4 +14,4 @@ cp tests/studio/*.mjs tests/studio/package.json "$work"
 
 export LABAN_PROGRAM=$build/tools/laban/laban LABAN_TAKE=$PWD/data/take.bvh LABAN_PHRASE=$PWD/labels/phrase.csv
 cd "$work"
-exec node --test --test-concurrency=1 --test-reporter=spec .
+exec node --test --test-concurrency=1 --test-reporter=spec ./*.test.mjs
