@@ -22,8 +22,9 @@ namespace {
 constexpr std::size_t kLeastBetween = 5;
 constexpr std::size_t kLongestComment = 2000;
 
-/// Of each content the fragment whose measured Effort is nearest to none.
-std::map<std::string, int> neutral_fragments(const std::vector<transfer::Fragment>& fragments) {
+/// Of each content its fragments, from the one whose measured Effort is nearest to none on.
+std::map<std::string, std::vector<int>> neutral_fragments(
+    const std::vector<transfer::Fragment>& fragments) {
   std::vector<effort::Descriptors> descriptors;
   std::vector<std::string> contents;
   for (const transfer::Fragment& fragment : fragments) {
@@ -31,17 +32,19 @@ std::map<std::string, int> neutral_fragments(const std::vector<transfer::Fragmen
     contents.push_back(fragment.content);
   }
   const effort::ObserverReference reference = effort::fit_observer_reference(descriptors, contents);
-  std::map<std::string, int> nearest;
-  std::map<std::string, double> least;
+  std::vector<double> away;
+  std::map<std::string, std::vector<int>> neutral;
   for (std::size_t n = 0; n < fragments.size(); ++n) {
     const effort::Effort e = effort::observe(descriptors[n], reference, contents[n]).unclipped;
-    const double away = std::hypot(e.flow, e.weight, e.time);
-    const auto known = least.find(contents[n]);
-    if (known != least.end() && known->second <= away) continue;
-    least[contents[n]] = away;
-    nearest[contents[n]] = static_cast<int>(n);
+    away.push_back(std::hypot(e.flow, e.weight, e.time));
+    neutral[contents[n]].push_back(static_cast<int>(n));
   }
-  return nearest;
+  for (auto& [content, numbers] : neutral) {
+    std::stable_sort(numbers.begin(), numbers.end(), [&](int a, int b) {
+      return away[static_cast<std::size_t>(a)] < away[static_cast<std::size_t>(b)];
+    });
+  }
+  return neutral;
 }
 
 std::vector<transfer::CorpusBlend> blends_of(const effort::LabelTable& table,
@@ -183,7 +186,10 @@ Response LabelRoom::motion(int place, bool neutral) const {
                                   [&](const auto& one) { return one.name == task.fragment; });
   const transfer::Fragment& of =
       seed != fragments_.end() ? *seed : fragments_[static_cast<std::size_t>(blend->fragment_i)];
-  const transfer::Fragment& beside = fragments_[static_cast<std::size_t>(neutral_.at(of.content))];
+  const std::vector<int>& others = neutral_.at(of.content);
+  const bool itself = seed != fragments_.end() && others.size() > 1 &&
+                      fragments_[static_cast<std::size_t>(others[0])].name == task.fragment;
+  const transfer::Fragment& beside = fragments_[static_cast<std::size_t>(others[itself ? 1 : 0])];
   const motion::PoseMatrix pose = neutral ? beside.pose
                                   : seed != fragments_.end()
                                       ? seed->pose

@@ -45,7 +45,8 @@ class LabelRoom {
 
   /// The first task that is not answered: {"place", "done", "all", "content"}, or place null.
   [[nodiscard]] Json next() const;
-  /// What is to be rated at a place of the order, or the neutral beside it.
+  /// What is to be rated at a place of the order, or the neutral beside it: another fragment, where
+  /// there is one of that content.
   /// @throws HttpError{404} if there is no such place.
   [[nodiscard]] Response motion(int place, bool neutral) const;
   /// Takes {"place", "factors": {"flow": half steps or null, ..}, "confidence", "comment",
@@ -65,7 +66,8 @@ class LabelRoom {
   LabellingOptions options_;
   std::vector<transfer::Fragment> fragments_;
   std::vector<transfer::CorpusBlend> blends_;
-  std::map<std::string, int> neutral_;  ///< of each content, a fragment
+  /// Of each content its fragments, the most neutral first.
+  std::map<std::string, std::vector<int>> neutral_;
   std::vector<RatingTask> tasks_;
 };
 
