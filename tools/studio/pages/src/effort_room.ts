@@ -172,12 +172,18 @@ export class EffortRoom implements Room {
       this.report = output.header["report"] as StyleReport;
       this.stage.setClips([this.input!, {label: "output", motion: output, character: this.outputCharacter}]);
       this.showReport(state);
+      // What lies far apart on the page is painted together: while a slider moves, the pose and the
+      // figures come first.
+      if (draft) return this.showDraftAlpha();
+      this.showQuality();
+      this.showTimeline(state);
       this.cautions.replaceChildren(...(output.header["cautions"] as string[]).map(line => el("li", {}, line)));
-      if (draft && this.selected !== null) {
-        const {alpha} = this.report.snippets[this.selected];
-        if (alpha !== undefined) this.panel!.showAlpha(alpha);
-      }
     });
+  }
+
+  private showDraftAlpha(): void {
+    const alpha = this.selected === null ? undefined : this.report!.snippets[this.selected].alpha;
+    if (alpha !== undefined) this.panel!.showAlpha(alpha);
   }
 
   private showReport(state: EffortState): void {
@@ -196,8 +202,6 @@ export class EffortRoom implements Room {
       });
     }
     this.graph.show(factors, state.relative ? {} : state.asked, measured);
-    this.showQuality();
-    this.showTimeline(state);
   }
 
   private showQuality(): void {

@@ -32,6 +32,29 @@ const software = (() => {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 })();
 
+/** Pixels drawn for each of the page's: fewer while playing would fall below 30 frames a second. */
+class Fineness {
+  private share = 1;
+  private last = 0;
+  private slow = 0;
+
+  constructor(private readonly full: number) {}
+
+  next(playing: boolean): number {
+    const now = performance.now();
+    const took = now - this.last;
+    this.last = now;
+    if (!playing) return this.full;
+    // Eight frames that are late in a row, not a single one that something else held up.
+    this.slow = took > 31 && took < 500 ? this.slow + 1 : 0;
+    if (this.slow >= 8 && this.share > 0.5) {
+      this.share = Math.max(0.5, 0.8 * this.share);
+      this.slow = 0;
+    }
+    return this.full * this.share;
+  }
+}
+
 export class Stage {
   readonly root: HTMLElement;
   readonly player = new Player();
@@ -46,26 +69,36 @@ export class Stage {
   private panes: Pane[] = [];
   /** Kept until their successors are drawn: these need the same shaders, which then stay compiled. */
   private retired: Pane[] = [];
+  private readonly fineness = new Fineness(software ? 1 : Math.min(devicePixelRatio, 2));
   private overlaid = false;
   private sameMoment = true;
   private drawing = false;
   private readonly scrub = el("input", {type: "range", min: 0, max: 1, step: "any", value: 0, "aria-label": "Time, seconds", class: "scrub"});
-  private readonly clock = el("output", {class: "clock", for: ""});
+  private readonly clock = el("span", {class: "clock", role: "timer"});
+  private told = 0;
   private readonly playButton = button("Play", "Play or pause (space)", () => this.player.toggle());
 
   constructor() {
-    // Smooth edges and fine pixels are for graphics cards; in software they cost most of the frames.
-    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, antialias: !software, powerPreference: "high-performance"});
-    this.renderer.setPixelRatio(software ? 1 : Math.min(devicePixelRatio, 2));
+    // Smooth edges and fine pixels are for graphics cards; in software they cost most of the frames. So
+    // does a canvas that may be seen through.
+    const context = this.canvas.getContext("webgl2", {alpha: false, antialias: !software, powerPreference: "high-performance"});
+    if (context === null) throw new Error("this browser has no WebGL 2, which the stage is drawn with");
+    this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, context});
     this.renderer.setScissorTest(true);
     this.root = el("section", {class: "stage", "aria-label": "Stage"},
                    el("div", {class: "screen"}, this.canvas, this.captions), this.controls());
-    this.player.onTick(time => {
-      this.scrub.value = String(time);
-      this.clock.value = `${time.toFixed(2)} / ${this.player.duration.toFixed(2)} s`;
+    this.player.onTick(() => {
       this.draw();
+      // Text that changes is laid out and painted: ten times a second are enough to be read.
+      const now = performance.now();
+      if (this.player.playing && now - this.told < 100) return;
+      this.told = now;
+      this.showTime();
     });
-    this.player.onPlay(playing => this.playButton.textContent = playing ? "Pause" : "Play");
+    this.player.onPlay(playing => {
+      this.playButton.textContent = playing ? "Pause" : "Play";
+      this.showTime();
+    });
     this.scrub.addEventListener("input", () => this.player.seek(Number(this.scrub.value)));
     this.listenForTurning();
     new ResizeObserver(() => this.draw()).observe(this.canvas);
@@ -105,6 +138,12 @@ export class Stage {
     });
   }
 
+  private showTime(): void {
+    const {time, duration: end} = this.player;
+    this.scrub.value = String(time);
+    this.clock.textContent = `${time.toFixed(2)} / ${end.toFixed(2)} s`;
+  }
+
   /** True if the input shows the moment that the output has reached. */
   private pairs(): boolean {
     return this.sameMoment && this.clips.length === 2 && this.clips[1].motion.sourceFrames !== null;
@@ -137,9 +176,13 @@ export class Stage {
   private render(): void {
     const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
     if (width === 0 || height === 0) return;
+    const fineness = this.fineness.next(this.player.playing);
     const size = this.renderer.getSize(new THREE.Vector2());
     // To set a size empties the canvas, even if it stays the same.
-    if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
+    if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== fineness) {
+      this.renderer.setPixelRatio(fineness);
+      this.renderer.setSize(width, height, false);
+    }
     const each = width / Math.max(1, this.panes.length);
     this.renderer.setScissor(0, 0, width, height);
     this.renderer.clear();
