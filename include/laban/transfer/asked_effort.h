@@ -19,8 +19,8 @@ struct AskedEffort {
   std::array<bool, effort::kMaxFactorCount> relative = {};
   /// Instead of the target's factors; each relative or not, as above.
   std::optional<TargetCurve> curve;
-  /// True: it is no problem if nothing is asked; snippets are then kept, but for those whose blend is
-  /// set by hand.
+  /// True: it is no problem if nothing is asked; snippets are then kept, but for those whose blend
+  /// is set by hand.
   bool may_ask_nothing = false;
 
   /// The target of `frames` frames from `begin_s` on. Relative values are added to `before` and
