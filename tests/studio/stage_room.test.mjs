@@ -22,6 +22,21 @@ async function drop(page, name, bytes) {
   await settled(page);
 }
 
+test("a room that is left while it opens is not seen any more", async () => {
+  await withStudio([take], async page => {
+    await page.route("**/api/effort/open", async route => {
+      await new Promise(done => setTimeout(done, 1500));
+      await route.continue();
+    });
+    await page.reload();
+    await page.getByRole("button", {name: "Stage"}).click();
+    await page.waitForSelector(".stage-room");
+    await page.waitForTimeout(1500);
+    await settled(page);
+    assert.equal(await page.locator(".room").count(), 1);
+  });
+});
+
 test("time, views and skins change what is seen", async () => {
   await withStudio([take], async page => {
     await toStage(page);

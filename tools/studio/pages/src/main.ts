@@ -51,8 +51,10 @@ class Shell implements Studio {
     this.room?.leave();
     this.room = room;
     this.showHead();
-    this.host.replaceChildren();
-    await this.attempt(() => room.enter(this.host));
+    // A place of its own: a room that is left while it opens goes on in one that nobody sees.
+    const place = el("div", {class: "place"});
+    this.host.replaceChildren(place);
+    await this.attempt(() => room.enter(place));
   }
 
   private showHead(): void {
