@@ -119,14 +119,14 @@ PackedStrips<Value>::PackedStrips(const Frames<Value>& frames, float factor,
       factor_(factor),
       values_(static_cast<std::size_t>(count()) * static_cast<std::size_t>(dimensions_ * lanes_)),
       norms_(static_cast<std::size_t>(count() * lanes_)) {
+  const auto lanes = static_cast<std::size_t>(lanes_);
   for (int p = 0; p < frame_count_; ++p) {
-    const int strip = p / lanes_;
-    const int lane = lanes_ - 1 - p % lanes_;
-    for (int k = 0; k < dimensions_; ++k) {
-      values_[static_cast<std::size_t>((strip * dimensions_ + k) * lanes_ + lane)] =
-          frames.values(k, p);
-    }
-    norms_[static_cast<std::size_t>(strip * lanes_ + lane)] = frames.norms(p);
+    const auto strip = static_cast<std::size_t>(p / lanes_);
+    const auto lane = static_cast<std::size_t>(lanes_ - 1 - p % lanes_);
+    const std::size_t first = strip * static_cast<std::size_t>(dimensions_) * lanes + lane;
+    for (int k = 0; k < dimensions_; ++k)
+      values_[first + static_cast<std::size_t>(k) * lanes] = frames.values(k, p);
+    norms_[strip * lanes + lane] = frames.norms(p);
   }
 }
 

@@ -74,8 +74,15 @@ std::string head(const EchoServer& server, const std::string& first, const std::
          "\r\nX-Laban-Token: secret\r\nConnection: close\r\n" + more + "\r\n";
 }
 
+// Under the address sanitizer freed memory is kept for a while.
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define LABAN_KEEPS_FREED_MEMORY
+#endif
+#endif
+
 /// Of this process, bytes.
-long resident_bytes() {
+[[maybe_unused]] long resident_bytes() {
   std::ifstream statm("/proc/self/statm");
   long pages = 0;
   long resident = 0;
@@ -135,7 +142,7 @@ TEST(Server, CutsOffGreatBodiesInLittleMemory) {
   asio::io_context io;
   tcp::socket socket = connected(io, server);
   asio::write(socket, asio::buffer(head(server, "POST /a", "Transfer-Encoding: chunked\r\n")));
-  const long idle = resident_bytes();
+  [[maybe_unused]] const long idle = resident_bytes();
   const std::string chunk = "100000\r\n" + std::string(0x100000, 'x') + "\r\n";
   boost::system::error_code cut_off;
   int sent = 0;
@@ -145,7 +152,9 @@ TEST(Server, CutsOffGreatBodiesInLittleMemory) {
   }
   EXPECT_TRUE(cut_off);
   EXPECT_LT(sent, 64);
+#ifndef LABAN_KEEPS_FREED_MEMORY
   EXPECT_LT(resident_bytes() - idle, 64L << 20);
+#endif
   EXPECT_EQ(server.handled, 0);
 }
 

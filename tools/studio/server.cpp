@@ -23,14 +23,16 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 using tcp = asio::ip::tcp;
 
+/// Sessions live in what the network and the work have under way, and use all above these: they are
+/// destroyed first.
 struct Server::State {
   ServerOptions options;
   Access access;
   Handler handler;
+  std::atomic<int> connections = 0;
   asio::io_context network{1};
   asio::thread_pool work{1};
   tcp::acceptor acceptor{network};
-  std::atomic<int> connections = 0;
 };
 
 namespace {
@@ -80,17 +82,15 @@ Response handled(const Handler& handler, const Request& request) {
 /// One connection: its requests, one after the other. Lives as long as something is under way.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  Session(tcp::socket socket, std::shared_ptr<void> keep, ServerOptions options,
-          const Access& access, const Handler& handler, asio::io_context& network,
-          asio::thread_pool& work, std::atomic<int>& connections)
-      : keep_(std::move(keep)),
-        stream_(std::move(socket)),
-        options_(options),
-        access_(access),
-        handler_(handler),
-        network_(network),
-        work_(work),
-        connections_(connections) {
+  template <typename State>
+  Session(tcp::socket socket, State& state)
+      : stream_(std::move(socket)),
+        options_(state.options),
+        access_(state.access),
+        handler_(state.handler),
+        network_(state.network),
+        work_(state.work),
+        connections_(state.connections) {
     ++connections_;
   }
   ~Session() { --connections_; }
@@ -184,9 +184,8 @@ class Session : public std::enable_shared_from_this<Session> {
                       });
   }
 
-  std::shared_ptr<void> keep_;  // the server's state
   beast::tcp_stream stream_;
-  const ServerOptions options_;
+  const ServerOptions& options_;
   const Access& access_;
   const Handler& handler_;
   asio::io_context& network_;
@@ -199,13 +198,11 @@ class Session : public std::enable_shared_from_this<Session> {
 };
 
 template <typename State>
-void accept_next(const std::shared_ptr<State>& state) {
-  state->acceptor.async_accept([state](beast::error_code failed, tcp::socket socket) {
+void accept_next(State& state) {
+  state.acceptor.async_accept([&state](beast::error_code failed, tcp::socket socket) {
     if (failed == asio::error::operation_aborted) return;
-    if (!failed && state->connections < state->options.most_connections) {
-      std::make_shared<Session>(std::move(socket), state, state->options, state->access,
-                                state->handler, state->network, state->work, state->connections)
-          ->read_header(state->options.header_time);
+    if (!failed && state.connections < state.options.most_connections) {
+      std::make_shared<Session>(std::move(socket), state)->read_header(state.options.header_time);
     }
     accept_next(state);
   });
@@ -239,7 +236,7 @@ std::string Server::url() const {
 }
 
 void Server::run() {
-  accept_next(state_);
+  accept_next(*state_);
   state_->network.run();
 }
 
