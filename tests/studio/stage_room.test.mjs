@@ -76,6 +76,7 @@ test("time, views and skins change what is seen", async () => {
 
 test("a clip that is dropped is shown, and a broken one is told by name", async () => {
   await withStudio([], async (page, {errors}) => {
+    await settled(page);
     assert.match(await page.locator("main").innerText(), /Drop a clip/);
     const text = await readFile(take, "utf8");
     await drop(page, "my take.bvh", text);
