@@ -22,7 +22,7 @@ export async function withStudio(files, visit, {viewport = {width: 1280, height:
   // Software WebGL: what a machine without a graphics card has.
   const browser = await chromium.launch({
     executablePath: process.env.LABAN_CHROMIUM ?? "/usr/bin/chromium",
-    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
+    args: ["--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
   });
   const errors = [];
   try {
