@@ -90,6 +90,20 @@ TEST_F(Cli, ApplyTakesAStateInsteadOfOptions) {
   EXPECT_EQ(bytes_of(folder_ / "by_state.bvh"), bytes_of(folder_ / "by_options.bvh"));
   EXPECT_EQ(run("apply " + kWalk + " --state room.json -o walk.bvh").code, 0);
 
+  // What was set by hand is on record, and tells one batch from another.
+  std::string locked = state;
+  const std::string locks = R"("locks": [)";
+  locked.insert(
+      locked.find(locks) + locks.size(),
+      R"({"snippet": 0, "fragments": ["phrase_walk_p01", "phrase_walk_p02"], "alpha": 0.5})");
+  write(folder_ / "locked.json", locked);
+  EXPECT_EQ(run("apply --state room.json --output-dir batch").code, 0);
+  const std::string searched = bytes_of(folder_ / "batch" / "take.bvh");
+  EXPECT_EQ(run("apply --state locked.json --output-dir batch --force").code, 0);
+  EXPECT_NE(bytes_of(folder_ / "batch" / "take.bvh"), searched);
+  EXPECT_EQ(run("apply --state locked.json -o locked.bvh --report locked_report.json").code, 0);
+  EXPECT_THAT(bytes_of(folder_ / "locked_report.json"), HasSubstr("\"by_hand\""));
+
   expect_error("apply --state room.json --time 1 -o out.bvh", 2, "--time excludes --state");
   expect_error("apply --time 1 -o out.bvh", 2, "INPUT is required");
   write(folder_ / "none.json", "{\"schema\"");

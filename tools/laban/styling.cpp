@@ -197,20 +197,26 @@ std::vector<std::string> cautions(const Styling& styling, const transfer::Applie
 
 Json options_json(const Styling& styling) {
   const transfer::ApplyOptions& options = styling.options.apply;
-  return {{"asked", to_json(styling.options.asked, styling.asked)},
-          {"neighbours", options.search.neighbors},
-          {"samples", options.search.samples},
-          {"caution", options.search.caution},
-          {"stay", options.search.stay},
-          {"way", options.search.way},
-          {"tries", options.tries},
-          {"detail", transfer::name_of(options.detail)},
-          {"strength", options.strength},
-          {"keep_timing", options.keep_timing},
-          {"strict", options.strict},
-          {"join_halflife_s", options.join.halflife_s},
-          {"fastest_play", options.fastest_play},
-          {"foot_fix", !styling.options.no_foot_fix}};
+  Json json = {{"asked", to_json(styling.options.asked, styling.asked)},
+               {"neighbours", options.search.neighbors},
+               {"samples", options.search.samples},
+               {"caution", options.search.caution},
+               {"stay", options.search.stay},
+               {"way", options.search.way},
+               {"tries", options.tries},
+               {"detail", transfer::name_of(options.detail)},
+               {"strength", options.strength},
+               {"keep_timing", options.keep_timing},
+               {"strict", options.strict},
+               {"join_halflife_s", options.join.halflife_s},
+               {"fastest_play", options.fastest_play},
+               {"foot_fix", !styling.options.no_foot_fix}};
+  for (const HandSetBlend& set : styling.options.by_hand) {
+    json["by_hand"].push_back({{"snippet", set.snippet},
+                               {"fragments", {set.fragment_i, set.fragment_j}},
+                               {"alpha", set.alpha}});
+  }
+  return json;
 }
 
 Json report_json(const Styling& styling, const StyledFile& file) {

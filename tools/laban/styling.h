@@ -42,9 +42,7 @@ struct Styling {
   std::vector<InputRecord> inputs;  ///< the model, and the curve's file if there is one
 };
 
-/// @throws Error{kUsage} before anything is read if what is asked breaks a rule; naming the
-/// fragment
-///         if one that is set by hand is not in the model.
+/// @throws Error{kUsage} before anything is read if what is asked breaks a rule; as find_blends.
 [[nodiscard]] Styling read_styling(const StylingOptions& options);
 
 /// What those blends are in a model. @throws Error{kUsage} naming a fragment that it does not have.
