@@ -75,10 +75,9 @@ TEST(Studio, PageCarriesANonceOfItsOwnEachTime) {
 }
 
 TEST(Studio, AnswersNothingElse) {
-  for (const char* target :
-       {"/index.html", "/api", "/api/clips/c0", "/api/clips/c9/motion", "/etc/passwd",
-        "/../../etc/passwd", "/api/clips/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd",
-        "/api/clips/..%2f..%2fetc%2fpasswd/motion"}) {
+  for (const char* target : {"/index.html", "/api", "/api/clips/c0", "/api/clips/motion?clip=c9",
+                             "/etc/passwd", "/../../etc/passwd", "/api/clips/../../../etc/passwd",
+                             "/%2e%2e/%2e%2e/etc/passwd", "/api/clips/..%2f..%2fetc%2fpasswd"}) {
     EXPECT_EQ(status_of([&] { (void)get(target); }), 404U) << target;
   }
 }
@@ -95,7 +94,7 @@ TEST(StudioVerb, SaysWhatItIsAndWhatItCannotOpen) {
 
 TEST(Stage, AMotionMessageHoldsTheClip) {
   const io::ClipFile file = io::read_clip(kTake);
-  const Motion motion(get("/api/clips/c0/motion").body);
+  const Motion motion(get("/api/clips/motion?clip=c0").body);
   ASSERT_EQ(motion.header["frames"], file.clip.frame_count());
   ASSERT_EQ(motion.header["joints"].size(), static_cast<std::size_t>(file.clip.joint_count()));
   EXPECT_EQ(motion.header["rate_hz"], file.clip.frame_rate_hz());
@@ -117,8 +116,8 @@ TEST(Stage, TakesDroppedFilesByNameAloneAndSaysWhatIsWrong) {
   const std::string bytes = test::bytes_of(kTake);
   const Json dropped = Json::parse(post("/api/clips?name=my%20take.bvh", bytes).body);
   EXPECT_EQ(dropped["name"], "my take.bvh");
-  EXPECT_EQ(get("/api/clips/" + dropped["id"].get<std::string>() + "/motion").body,
-            get("/api/clips/c0/motion").body);
+  EXPECT_EQ(get("/api/clips/motion?clip=" + dropped["id"].get<std::string>()).body,
+            get("/api/clips/motion?clip=c0").body);
   for (const char* name : {"", "..", "../a.bvh", "/a.bvh", "a%2fb.bvh", "a%5cb.bvh", "a%22.bvh"}) {
     const std::string target = std::string("/api/clips?name=") + name;
     EXPECT_EQ(status_of([&] { (void)post(target, bytes); }), 400U) << name;

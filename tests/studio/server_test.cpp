@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <future>
 #include <thread>
 
 #include <boost/asio/io_context.hpp>
@@ -22,12 +23,15 @@ using ::testing::StartsWith;
 /// A server that echoes bodies, on a thread of its own.
 class EchoServer {
  public:
-  explicit EchoServer(ServerOptions options = {})
-      : server_(options, Access("secret"),
-                [this](const Request& request) {
-                  ++handled;
-                  return Response{200, "text/plain", request.method + request.path + request.body};
-                }),
+  explicit EchoServer(ServerOptions options = {}, HandlerAtOnce at_once = {})
+      : server_(
+            options, Access("secret"),
+            [this](const Request& request) {
+              ++handled;
+              if (delay) delay();
+              return Response{200, "text/plain", request.method + request.path + request.body};
+            },
+            std::move(at_once)),
         thread_([this] { server_.run(); }) {
     const std::string url = server_.url();
     host = url.substr(7, url.find('/', 7) - 7);
@@ -39,6 +43,7 @@ class EchoServer {
   }
 
   std::atomic<int> handled = 0;
+  std::function<void()> delay;  ///< called for each request; set before the first
   std::string host;
   unsigned short port = 0;
 
@@ -96,6 +101,22 @@ TEST(Server, AnswersWhoMayAsk) {
               ::testing::EndsWith("\r\n\r\nPOST/axyz"));
   EXPECT_THAT(answer_to(server, "GET /?token=secret HTTP/1.0\r\nHost: " + server.host + "\r\n\r\n"),
               ::testing::EndsWith("\r\n\r\nGET/"));
+}
+
+TEST(Server, TellsAtOnceWhatNeedNotWaitForItsTurn) {
+  std::promise<void> asked;
+  EchoServer server({}, [&](const Request& request) -> std::optional<Response> {
+    if (request.path != "/now") return std::nullopt;
+    asked.set_value();
+    return Response{200, "text/plain", "at once"};
+  });
+  server.delay = [waited = asked.get_future().share()] { waited.wait(); };
+  asio::io_context io;
+  tcp::socket worked_on = connected(io, server);
+  asio::write(worked_on, asio::buffer(head(server, "GET /work")));
+  EXPECT_THAT(answer_to(server, head(server, "GET /now")), ::testing::EndsWith("at once"));
+  EXPECT_THAT(rest_of(worked_on), ::testing::EndsWith("GET/work"));
+  EXPECT_EQ(server.handled, 1);
 }
 
 TEST(Server, RefusesStrangersBeforeTheirBodyIsRead) {

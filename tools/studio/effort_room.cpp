@@ -24,18 +24,6 @@ cli::Styling styling_of(const Stage& stage, const std::string& model) {
   return {std::move(options), {}, std::move(read), std::move(inputs)};
 }
 
-const Json& at(const Json& request, const char* key) {
-  if (!request.is_object() || !request.contains(key))
-    throw HttpError(400, std::string("the request has no '") + key + "'");
-  return request[key];
-}
-
-std::string text_at(const Json& request, const char* key) {
-  const Json& value = at(request, key);
-  if (!value.is_string()) throw HttpError(400, std::string("'") + key + "' is no text");
-  return value.get<std::string>();
-}
-
 std::optional<effort::Effort> standard_error_of(const transfer::StyleModel& model,
                                                 const transfer::AppliedSnippet& snippet) {
   return transfer::standard_errors(model, std::span(&snippet.choice, 1)).front();
@@ -54,6 +42,20 @@ std::vector<double> curve_alphas() {
 
 EffortRoom::EffortRoom(const Stage& stage, const std::string& model)
     : stage_(stage), styling_(styling_of(stage, model)), memory_(styling_.model) {}
+
+Routes EffortRoom::routes() {
+  return {{"POST /api/effort/open",
+           json_route([this](const Json& request) { return open(text_at(request, "clip")); })},
+          {"POST /api/effort/style",
+           [this](const Request& request) { return style(parsed_body(request)); }},
+          {"POST /api/effort/snippet",
+           json_route([this](const Json& request) { return snippet(request); })},
+          {"POST /api/effort/over-time",
+           json_route([this](const Json& request) { return over_time(request); })},
+          {"POST /api/effort/export", [this](const Request& request) {
+             return exported(parsed_body(request), query_value(request, "format"));
+           }}};
+}
 
 const cli::SegmentedClip& EffortRoom::segmented(const std::string& clip) {
   const auto known = segmented_.find(clip);
@@ -155,11 +157,8 @@ Response EffortRoom::style(const Json& request) {
 
 Json EffortRoom::snippet(const Json& request) {
   const cli::SegmentedClip& clip = segmented(text_at(request, "clip"));
-  const Json& number = at(request, "snippet");
-  const std::size_t count = clip.segmented.snippets.size();
-  if (!number.is_number_unsigned() || number.get<std::size_t>() >= count)
-    throw HttpError(400, "there is no such snippet");
-  const auto n = number.get<std::size_t>();
+  const auto n = static_cast<std::size_t>(
+      index_at(request, "snippet", static_cast<int>(clip.segmented.snippets.size())));
   take(at(request, "state"));
   const transfer::AppliedSnippet chosen = applied(clip).snippets[n];
   const transfer::StyleModel& model = styling_.model;

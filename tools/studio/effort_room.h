@@ -16,6 +16,8 @@ class EffortRoom {
   /// @param model  path; empty: the default model.
   EffortRoom(const Stage& stage, const std::string& model);
 
+  [[nodiscard]] Routes routes();
+
   /// Contents, factors, snippets and the state to begin with.
   [[nodiscard]] Json open(const std::string& clip);
   /// The styled clip. A draft plays the search's first answer and leaves the quality figures out.

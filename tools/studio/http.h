@@ -36,6 +36,8 @@ class HttpError : public std::runtime_error {
 
 /// Answers a request; called by one thread at a time.
 using Handler = std::function<Response(const Request&)>;
+/// What answers which request, by "METHOD /path".
+using Routes = std::map<std::string, Handler>;
 
 /// {"error": "one line"}.
 [[nodiscard]] Response error_response(unsigned status, const std::string& what);

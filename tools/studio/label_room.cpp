@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 
@@ -142,6 +143,24 @@ LabelRoom::LabelRoom(const LabellingOptions& options, const cli::Common& common)
   for (const transfer::Fragment& fragment : fragments_) names.push_back(fragment.name);
   for (const transfer::CorpusBlend& blend : blends_) names.push_back(blend.name);
   tasks_ = rating_order(names, options.seed, options.repeats);
+}
+
+Routes LabelRoom::routes() {
+  const auto place_of = [](const Request& request) {
+    const std::string text = query_value(request, "place");
+    int place = -1;
+    std::from_chars(text.data(), text.data() + text.size(), place);
+    return place;
+  };
+  return {
+      {"GET /api/label/next", [this](const Request&) { return json_response(next()); }},
+      {"GET /api/label/motion",
+       [this, place_of](const Request& request) {
+         return motion(place_of(request), query_value(request, "which") == "neutral");
+       }},
+      {"POST /api/label/answer",
+       json_route([this](const Json& request) { return answer(request); })},
+      {"GET /api/label/agreement", [this](const Request&) { return json_response(agreement()); }}};
 }
 
 effort::LabelTable LabelRoom::table() const {

@@ -43,6 +43,8 @@ class LabelRoom {
   /// @throws as cli::read_table_fragments.
   LabelRoom(const LabellingOptions& options, const cli::Common& common);
 
+  [[nodiscard]] Routes routes();
+
   /// The first task that is not answered: {"place", "done", "all", "content"}, or place null.
   [[nodiscard]] Json next() const;
   /// What is to be rated at a place of the order, or the neutral beside it: another fragment, where

@@ -4,15 +4,13 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "laban/motion/clip.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/humanoid.h"
 
-namespace laban::studio {
+#include "json_requests.h"
 
-using Json = nlohmann::ordered_json;
+namespace laban::studio {
 
 /// A motion as the page gets it: "application/x-laban-motion".
 struct MotionMessage {

@@ -29,6 +29,7 @@ struct Server::State {
   ServerOptions options;
   Access access;
   Handler handler;
+  HandlerAtOnce at_once;
   std::atomic<int> connections = 0;
   asio::io_context network{1};
   asio::thread_pool work{1};
@@ -88,6 +89,7 @@ class Session : public std::enable_shared_from_this<Session> {
         options_(state.options),
         access_(state.access),
         handler_(state.handler),
+        at_once_(state.at_once),
         network_(state.network),
         work_(state.work),
         connections_(state.connections) {
@@ -155,6 +157,10 @@ class Session : public std::enable_shared_from_this<Session> {
     keep_alive_ = parser_->get().keep_alive();
     request_.body = std::move(parser_->get().body());
     parser_.reset();
+    if (at_once_) {
+      if (auto told = at_once_(request_))
+        return write(std::make_shared<Answer>(answer_of(std::move(*told))));
+    }
     asio::post(work_, [self = shared_from_this()] {
       auto answer = std::make_shared<Answer>(answer_of(handled(self->handler_, self->request_)));
       self->request_ = {};
@@ -188,6 +194,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const ServerOptions& options_;
   const Access& access_;
   const Handler& handler_;
+  const HandlerAtOnce& at_once_;
   asio::io_context& network_;
   asio::thread_pool& work_;
   std::atomic<int>& connections_;
@@ -210,8 +217,8 @@ void accept_next(State& state) {
 
 }  // namespace
 
-Server::Server(const ServerOptions& options, Access access, Handler handler)
-    : state_(new State{options, std::move(access), std::move(handler)}) {
+Server::Server(const ServerOptions& options, Access access, Handler handler, HandlerAtOnce at_once)
+    : state_(new State{options, std::move(access), std::move(handler), std::move(at_once)}) {
   try {
     const tcp::endpoint here(asio::ip::address_v4::loopback(), options.port);
     state_->acceptor.open(here.protocol());

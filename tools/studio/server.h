@@ -2,7 +2,9 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "access.h"
@@ -21,14 +23,18 @@ struct ServerOptions {
   int most_connections = 64;
 };
 
+using HandlerAtOnce = std::function<std::optional<Response>(const Request&)>;
+
 /// An HTTP/1.1 server for one person on this machine: it listens on 127.0.0.1 alone, refuses
 /// whoever Access refuses before it reads a body, and hands what is left to a handler, one request
 /// at a time.
 class Server {
  public:
+  /// @param at_once  answers what need not wait for its turn, from the thread that runs; nullopt
+  ///                 for what is the handler's. Both may be called at the same time.
   /// Listens from here on; requests wait until run().
   /// @throws Error{kIo} naming the port if it cannot be had.
-  Server(const ServerOptions& options, Access access, Handler handler);
+  Server(const ServerOptions& options, Access access, Handler handler, HandlerAtOnce at_once = {});
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

@@ -62,6 +62,20 @@ std::string OpenClip::export_name(const std::string& format) const {
   return fs::path(path).stem().string() + "_styled." + format;
 }
 
+Routes Stage::routes() {
+  return {{"POST /api/clips",
+           [this](const Request& request) {
+             return json_response(drop(query_value(request, "name"), request.body));
+           }},
+          {"GET /api/clips/motion",
+           [this](const Request& request) { return motion(query_value(request, "clip")); }},
+          {"GET /api/clips/mesh",
+           [this](const Request& request) { return mesh(query_value(request, "clip")); }},
+          {"GET /api/clips/export", [this](const Request& request) {
+             return exported(query_value(request, "clip"), query_value(request, "format"));
+           }}};
+}
+
 const OpenClip& Stage::open(const std::string& path) {
   clips_.push_back({"c" + std::to_string(clips_.size()), path,
                     cli::read_captured_clip(path, reading_, common_)});

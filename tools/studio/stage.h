@@ -28,6 +28,8 @@ class Stage {
   Stage(cli::ReadClipOptions reading, cli::Common common)
       : reading_(std::move(reading)), common_(std::move(common)) {}
 
+  [[nodiscard]] Routes routes();
+
   /// Reads a clip from the disk. @throws as cli::read_captured_clip.
   const OpenClip& open(const std::string& path);
   /// Takes the bytes of a file; an .asf is kept for the .amc that follows.

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "http.h"
 #include "label_room.h"
 #include "stage.h"
+#include "work.h"
 
 namespace laban::studio {
 
@@ -26,35 +26,25 @@ class Studio {
   /// @param page  the pages, one HTML file; "{{nonce}}" stands where scripts and styles carry one.
   /// @throws as cli::read_model and cli::read_captured_clip.
   Studio(const StudioOptions& options, std::string page, const cli::Common& common);
+  Studio(const Studio&) = delete;
+  Studio& operator=(const Studio&) = delete;
 
-  /// @throws HttpError{404} or {405} for what nothing here answers; as the rooms.
+  /// One request at a time. @throws HttpError{404} for what nothing here answers; as the rooms.
   [[nodiscard]] Response handle(const Request& request);
+  /// How far handle() has come, and its end before its time; from any thread, at any time.
+  /// @returns nullopt for what handle() answers.
+  [[nodiscard]] std::optional<Response> handle_at_once(const Request& request);
 
  private:
-  using Answerer = Response (Studio::*)(const Request&);
-
-  Response page(const Request& request);
-  Response overview(const Request& request);
-  Response drop(const Request& request);
-  Response effort_open(const Request& request);
-  Response effort_style(const Request& request);
-  Response effort_snippet(const Request& request);
-  Response effort_over_time(const Request& request);
-  Response effort_export(const Request& request);
-  Response label_next(const Request& request);
-  Response label_motion(const Request& request);
-  Response label_answer(const Request& request);
-  Response label_agreement(const Request& request);
-  /// @throws HttpError{404} if no table is open.
-  LabelRoom& labels();
-  /// "/api/clips/c0/motion" and its like.
-  Response clip(const Request& request) const;
+  [[nodiscard]] Response page() const;
+  [[nodiscard]] Json overview() const;
 
   std::string page_;
+  Work work_;
   Stage stage_;
-  EffortRoom effort_;
+  std::optional<EffortRoom> effort_;
   std::optional<LabelRoom> label_;
-  std::map<std::string, Answerer> answerers_;  // by "METHOD /path"
+  Routes routes_;
 };
 
 }  // namespace laban::studio

@@ -57,8 +57,10 @@ void run(StudioVerb& verb) {
   studio::Studio rooms(verb.studio, read_page(), verb.common);
   studio::ServerOptions options;
   options.port = verb.port;
-  studio::Server server(options, studio::Access(studio::random_hex(16)),
-                        [&](const studio::Request& request) { return rooms.handle(request); });
+  studio::Server server(
+      options, studio::Access(studio::random_hex(16)),
+      [&](const studio::Request& request) { return rooms.handle(request); },
+      [&](const studio::Request& request) { return rooms.handle_at_once(request); });
   fmt::print("{}\n", server.url());
   std::fflush(stdout);
   if (!verb.no_browser) open_browser(server.url(), verb.common);

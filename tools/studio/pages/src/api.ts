@@ -38,6 +38,22 @@ export async function getBytes(path: string): Promise<ArrayBuffer> {
   return await (await ask(path)).arrayBuffer();
 }
 
+export interface WorkTold {
+  busy: boolean;
+  seconds: number;
+  /** Done so far, 0 to 1; null where that is not known. */
+  fraction: number | null;
+}
+
+export async function workTold(): Promise<WorkTold> {
+  return await getJson<WorkTold>("/api/work");
+}
+
+/** Stops what the studio works on; it then fails with "interrupted". */
+export async function stopWork(): Promise<void> {
+  await ask("/api/work", {method: "DELETE"});
+}
+
 export interface FileAnswer {
   name: string;
   content: Blob;

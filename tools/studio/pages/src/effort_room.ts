@@ -1,18 +1,18 @@
 // The Effort room: sliders on one side, input and output on the stage, the snippets below.
-import {getMotion, postForFile, postJson, postMotion, type ClipInfo, type EffortState, type Lock, type Numbers,
+import {getMotion, postJson, postMotion, type ClipInfo, type EffortState, type Lock, type Numbers,
         type OpenedEffort, type OverTime, type SnippetChoices, type StyleReport} from "./api";
 import type {Character} from "./character";
-import {button, checkbox, download, el, select} from "./dom";
+import {checkbox, el, select} from "./dom";
 import {EffortGraph} from "./effort_graph";
 import {FactorSlider} from "./factor_slider";
 import {LIMIT, POLES} from "./factors";
-import {History} from "./history";
 import {Latest} from "./latest";
 import {LineChart} from "./line_chart";
 import {duration, type Motion} from "./motion";
 import {SnippetPanel} from "./snippet_panel";
 import {Stage, type StagedClip} from "./stage";
 import {staged} from "./stage_room";
+import {StateTools} from "./state_tools";
 import type {Room, Studio} from "./studio";
 import {Timeline, type TimedSnippet} from "./timeline";
 
@@ -46,14 +46,12 @@ export class EffortRoom implements Room {
   private readonly overTime = new LineChart(x => this.stage.player.seek(x), 1100);
   private readonly cautions = el("ul", {class: "cautions", "aria-live": "polite"});
   private readonly quality = el("p", {class: "quality"});
-  private readonly undo = button("Undo", "Undo (Ctrl+Z)", () => this.history?.undo());
-  private readonly redo = button("Redo", "Redo (Ctrl+Shift+Z)", () => this.history?.redo());
+  private readonly tools: StateTools<EffortState>;
   private readonly styling = new Latest<Task>(task => this.style(task));
   private readonly measuring = new Latest<EffortState>(state => this.studio.attempt(() => this.drawOverTime(state)));
   private readonly choosing = new Latest<EffortState>(state => this.showSnippet(state));
   private clip: ClipInfo | null = null;
   private opened: OpenedEffort | null = null;
-  private history: History<EffortState> | null = null;
   private sliders = new Map<string, FactorSlider>();
   private panel: SnippetPanel | null = null;
   private options: {root: HTMLElement; show: (state: EffortState) => void} | null = null;
@@ -66,6 +64,14 @@ export class EffortRoom implements Room {
   private timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly studio: Studio) {
+    this.tools = new StateTools<EffortState>(studio, {
+      schema: "laban.effort-room/1",
+      verb: "laban apply",
+      changed: state => this.changed(state),
+      exported: {path: "/api/effort/export", body: state => ({clip: this.clip!.id, state})},
+      // The clip is the one that is open here, whatever its path was where the state was saved.
+      adopted: (saved, {input}) => ({...saved, input}),
+    });
     this.stage.player.onTick(time => {
       this.timeline.at(time);
       this.overTime.markAt(time);
@@ -82,10 +88,9 @@ export class EffortRoom implements Room {
     host.append(el("div", {class: "room effort-room"},
       el("div", {class: "left"}, this.stage.root, this.timeline.root,
          el("div", {class: "over-time"}, this.legend(), this.overTime.root)),
-      el("aside", {class: "right"}, this.tools(),
+      el("aside", {class: "right"}, this.tools.root,
          el("section", {"aria-label": "Target Effort", class: "target"}, ...[...this.sliders.values()].map(slider => slider.root)),
          el("div", {class: "beside"}, this.graph.root, this.options!.root), this.cautions, this.quality, this.panel!.root)));
-    this.showHistory();
     this.stage.draw();
   }
 
@@ -94,25 +99,16 @@ export class EffortRoom implements Room {
   }
 
   key(event: KeyboardEvent): boolean {
-    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
-      if (event.shiftKey) this.history?.redo();
-      else this.history?.undo();
-      return true;
-    }
+    if (this.tools.key(event)) return true;
     return !event.ctrlKey && !event.metaKey && this.stage.key(event);
   }
 
   async open(state: unknown): Promise<boolean> {
-    const saved = state as EffortState;
-    if (saved?.schema !== "laban.effort-room/1" || this.history === null) return false;
-    // The clip is the one that is open here, whatever its path was where the state was saved.
-    const {input} = this.history.state;
-    this.history.push({...saved, input});
-    return true;
+    return this.tools.open(state);
   }
 
   private async openClip(clip: ClipInfo): Promise<void> {
-    const motion = await getMotion(`/api/clips/${clip.id}/motion`);
+    const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
     const opened = await postJson<OpenedEffort>("/api/effort/open", {clip: clip.id});
     this.clip = clip;
     this.opened = opened;
@@ -120,7 +116,6 @@ export class EffortRoom implements Room {
     // A character is in one pane at a time: the output has its own.
     this.outputCharacter = (await staged("", clip, motion)).character ?? null;
     this.output = this.report = this.selected = this.inputOverTime = null;
-    this.history = new History(opened.state, state => this.changed(state));
     this.sliders = new Map(opened.factors.map(factor => [factor, new FactorSlider(factor,
       value => this.draft(state => state.asked[factor] = value), value => this.change(state => state.asked[factor] = value, factor))]));
     this.panel = new SnippetPanel(opened.factors, {
@@ -129,21 +124,17 @@ export class EffortRoom implements Room {
     });
     this.options = this.makeOptions();
     this.stage.setClips([this.input]);
-    this.changed(opened.state);
+    this.tools.begin(opened.state);
   }
 
   /** A state for good: a step of the history. */
   private change(edit: (state: EffortState) => void, kind = ""): void {
-    const state = this.history!.state;
-    edit(state);
-    const before = this.history!.state;
-    this.history!.push(state, kind);
     // A draft may stand on the stage although nothing was changed in the end.
-    if (JSON.stringify(before) === JSON.stringify(state)) this.changed(state);
+    if (!this.tools.change(edit, kind)) this.changed(this.tools.state);
   }
   /** A state on the way to one. */
   private draft(edit: (state: EffortState) => void): void {
-    const state = this.history!.state;
+    const {state} = this.tools;
     edit(state);
     this.styling.ask({state, draft: true});
     clearTimeout(this.timer);
@@ -154,15 +145,9 @@ export class EffortRoom implements Room {
     clearTimeout(this.timer);
     for (const [factor, slider] of this.sliders) slider.show(state.asked[factor] ?? null);
     this.options?.show(state);
-    this.showHistory();
     this.styling.ask({state, draft: false});
     this.measuring.ask(state);
     if (this.selected !== null) this.choosing.ask(state);
-  }
-
-  private showHistory(): void {
-    this.undo.disabled = !this.history?.canUndo;
-    this.redo.disabled = !this.history?.canRedo;
   }
 
   private async style({state, draft}: Task): Promise<void> {
@@ -228,8 +213,8 @@ export class EffortRoom implements Room {
     this.selected = n;
     const rate = this.opened!.model.frame_rate_hz;
     this.stage.player.seek(this.report!.snippets[n].output_begin_frame / rate);
-    this.showTimeline(this.history!.state);
-    this.choosing.ask(this.history!.state);
+    this.showTimeline(this.tools.state);
+    this.choosing.ask(this.tools.state);
   }
 
   private async showSnippet(state: EffortState): Promise<void> {
@@ -264,28 +249,6 @@ export class EffortRoom implements Room {
   private legend(): HTMLElement {
     return el("p", {class: "legend"}, "Measured over time: ",
               ...["flow", "weight", "time"].map(factor => el("span", {class: `key ${factor}`}, POLES[factor].title)), " input faint");
-  }
-
-  private tools(): HTMLElement {
-    const file = el("input", {type: "file", accept: ".json,application/json", hidden: true, "aria-label": "State to open", tabindex: -1});
-    file.addEventListener("change", () => void this.studio.attempt(async () => {
-      const [chosen] = file.files ?? [];
-      file.value = "";
-      if (!chosen) return;
-      const state = JSON.parse(await chosen.text()) as unknown;
-      if (!await this.open(state)) throw new Error(`${chosen.name}: no state of the Effort room`);
-    }));
-    const save = (format: string) => void this.studio.attempt(async () => {
-      const {name, content} = await postForFile(`/api/effort/export?format=${format}`, {clip: this.clip!.id, state: this.history!.state});
-      download(name, content);
-    });
-    return el("div", {class: "bar tools", role: "toolbar", "aria-label": "State and files"},
-      this.undo, this.redo,
-      button("Save state", "Save what is set here; laban apply --state takes it", () =>
-        download("room.json", new Blob([JSON.stringify(this.history!.state, null, 2)], {type: "application/json"}))),
-      button("Open state", "Open what was saved", () => file.click()), file,
-      button("Export BVH", "The output as a BVH file", () => save("bvh")),
-      button("Export GLB", "The output as a GLB file", () => save("glb")));
   }
 
   private makeOptions(): {root: HTMLElement; show: (state: EffortState) => void} {

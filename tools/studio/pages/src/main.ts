@@ -6,6 +6,7 @@ import {LabelRoom} from "./label_room";
 import {StageRoom} from "./stage_room";
 import type {Room, Studio} from "./studio";
 import {chooseTheme, theme} from "./theme";
+import {WorkBar} from "./work_bar";
 
 class Shell implements Studio {
   clips: ClipInfo[] = [];
@@ -13,6 +14,7 @@ class Shell implements Studio {
   private readonly head = document.getElementById("head")!;
   private readonly host = document.getElementById("room")!;
   private readonly trouble = document.getElementById("trouble")!;
+  private readonly work = new WorkBar(document.getElementById("work")!);
   private rooms: Room[] = [];
   private room: Room | null = null;
   private underWay = 0;
@@ -38,12 +40,14 @@ class Shell implements Studio {
 
   async attempt(work: () => Promise<void>): Promise<void> {
     this.host.setAttribute("aria-busy", String(++this.underWay > 0));
+    this.work.begin();
     try {
       await work();
       this.tell("");
     } catch (error) {
       this.tell(error instanceof Error ? error.message : String(error));
     }
+    this.work.end();
     this.host.setAttribute("aria-busy", String(--this.underWay > 0));
   }
 

@@ -10,7 +10,7 @@ import type {Room, Studio} from "./studio";
 export async function staged(label: string, clip: ClipInfo, motion: Motion): Promise<StagedClip> {
   if (!clip.has_mesh) return {label, motion};
   try {
-    return {label, motion, character: await Character.load(await getBytes(`/api/clips/${clip.id}/mesh`), motion)};
+    return {label, motion, character: await Character.load(await getBytes(`/api/clips/mesh?clip=${clip.id}`), motion)};
   } catch (error) {
     return {label: `${label} (no character: ${error instanceof Error ? error.message : String(error)})`, motion};
   }
@@ -28,7 +28,7 @@ export class StageRoom implements Room {
     this.stage ??= new Stage();
     host.append(el("div", {class: "room stage-room"}, this.stage.root));
     if (clip === null) return this.stage.setClips([]);
-    const motion = await getMotion(`/api/clips/${clip.id}/motion`);
+    const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
     this.stage.setClips([await staged(clip.name, clip, motion)]);
   }
   leave(): void {

@@ -1,0 +1,100 @@
+// What every room has above its controls: undo and redo, and its state and what it makes as files.
+import {postForFile} from "./api";
+import {button, download, el} from "./dom";
+import {History} from "./history";
+import type {Studio} from "./studio";
+
+/** What a room is set to: plain data, which the matching verb takes as a file. */
+export interface RoomState {
+  schema: string;
+}
+
+export interface StateUse<State> {
+  schema: string;
+  /** The verb that takes it: "laban apply". */
+  verb: string;
+  /** Called with every state that stands for good. */
+  changed: (state: State) => void;
+  /** What is asked of `path` + "?format=bvh" for a file of what the room makes. */
+  exported: {path: string; body: (state: State) => unknown};
+  /** A saved state as one of what is open here; the state itself if left out. */
+  adopted?: (saved: State, present: State) => State;
+}
+
+export class StateTools<State extends RoomState> {
+  readonly root: HTMLElement;
+  private history: History<State> | null = null;
+  private readonly undo = button("Undo", "Undo (Ctrl+Z)", () => this.history?.undo());
+  private readonly redo = button("Redo", "Redo (Ctrl+Shift+Z)", () => this.history?.redo());
+
+  constructor(studio: Studio, private readonly use: StateUse<State>) {
+    const file = el("input", {type: "file", accept: ".json,application/json", hidden: true, "aria-label": "State to open", tabindex: -1});
+    file.addEventListener("change", () => void studio.attempt(async () => {
+      const [chosen] = file.files ?? [];
+      file.value = "";
+      if (!chosen) return;
+      if (!this.open(JSON.parse(await chosen.text()))) throw new Error(`${chosen.name}: no state of this room`);
+    }));
+    this.root = el("div", {class: "bar tools", role: "toolbar", "aria-label": "State and files"},
+      this.undo, this.redo,
+      button("Save state", `Save what is set here; ${use.verb} --state takes it`, () =>
+        download("room.json", new Blob([JSON.stringify(this.state, null, 2)], {type: "application/json"}))),
+      button("Open state", "Open what was saved", () => file.click()), file,
+      ...["bvh", "glb"].map(format => button(`Export ${format.toUpperCase()}`, `The output as a ${format.toUpperCase()} file`,
+                                             () => void studio.attempt(() => this.export(format)))));
+    this.showHistory();
+  }
+
+  get begun(): boolean {
+    return this.history !== null;
+  }
+  get state(): State {
+    return this.history!.state;
+  }
+
+  /** A history of its own, from this state on. */
+  begin(state: State): void {
+    this.history = new History(state, now => this.tell(now));
+    this.tell(state);
+  }
+
+  /** A step of the history; changes of one kind that follow each other fast are one. True if it was one. */
+  change(edit: (state: State) => void, kind = ""): boolean {
+    const before = this.state, state = this.state;
+    edit(state);
+    this.history!.push(state, kind);
+    return JSON.stringify(before) !== JSON.stringify(state);
+  }
+
+  /** Takes a state that was saved; true if it is one of this room's. */
+  open(saved: unknown): boolean {
+    const state = saved as State;
+    if (state?.schema !== this.use.schema || this.history === null) return false;
+    this.history.push(this.use.adopted?.(state, this.state) ?? state);
+    return true;
+  }
+
+  /** True for the keys of undo and redo. */
+  key(event: KeyboardEvent): boolean {
+    if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return false;
+    if (event.shiftKey) this.history?.redo();
+    else this.history?.undo();
+    return true;
+  }
+
+  private tell(state: State): void {
+    this.showHistory();
+    this.use.changed(state);
+  }
+
+  private showHistory(): void {
+    this.undo.disabled = !this.history?.canUndo;
+    this.redo.disabled = !this.history?.canRedo;
+  }
+
+  private async export(format: string): Promise<void> {
+    const {path, body} = this.use.exported;
+    const {name, content} = await postForFile(`${path}?format=${format}`, body(this.state));
+    download(name, content);
+  }
+}
