@@ -121,15 +121,9 @@ test("a slider's move is on screen soon, and playing keeps up", async () => {
     const moves = await page.evaluate(async () => {
       const slider = document.getElementById("slider-time");
       const frame = () => new Promise(requestAnimationFrame);
-      // The figures are told in the turn that asks for the pose's frame; after the second frame that
-      // follows, it has been shown.
-      const told = document.querySelector(".told");
-      const shown = () => new Promise(done => new MutationObserver(async (_, observer) => {
-        observer.disconnect();
-        await frame();
-        await frame();
-        done();
-      }).observe(told, {childList: true}));
+      // When the frame after the one that draws the pose begins, that one has been shown.
+      const canvas = document.querySelector(".screen canvas");
+      const shown = () => new Promise(done => canvas.addEventListener("drawn", () => void frame().then(done), {once: true}));
       const times = [];
       for (let n = 0; n < 50; ++n) {
         const begin = performance.now();

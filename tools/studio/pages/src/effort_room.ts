@@ -156,10 +156,16 @@ export class EffortRoom implements Room {
       this.output = output;
       this.report = output.header["report"] as StyleReport;
       this.stage.setClips([this.input!, {label: "output", motion: output, character: this.outputCharacter}]);
+      // What lies far apart on the page is painted as one area: the pose comes first, figures in the
+      // frame after, and the rest when the slider rests.
+      if (draft) {
+        return this.stage.afterDrawing(() => {
+          if (this.output !== output) return;
+          this.showReport(state);
+          this.showDraftAlpha();
+        });
+      }
       this.showReport(state);
-      // What lies far apart on the page is painted together: while a slider moves, the pose and the
-      // figures come first.
-      if (draft) return this.showDraftAlpha();
       this.showQuality();
       this.showTimeline(state);
       this.cautions.replaceChildren(...(output.header["cautions"] as string[]).map(line => el("li", {}, line)));

@@ -128,6 +128,11 @@ export class Stage {
     return event.key in acts;
   }
 
+  /** Calls back once, in the frame after the one in which what is shown now has been drawn. */
+  afterDrawing(act: () => void): void {
+    this.canvas.addEventListener("drawn", () => requestAnimationFrame(act), {once: true});
+  }
+
   /** Draws at the next chance, once however often it is asked for. */
   draw(): void {
     if (this.drawing) return;
@@ -193,6 +198,8 @@ export class Stage {
       this.renderer.render(pane.scene, pane.camera);
     });
     for (const pane of this.retired.splice(0)) pane.dispose();
+    // What shows a moment's figures may wait for its pose.
+    this.canvas.dispatchEvent(new Event("drawn"));
   }
 
   private controls(): HTMLElement {
