@@ -8,7 +8,7 @@ const STEP_MS = 300;
 
 export class WorkBar {
   private readonly progress = el("progress", {max: 1, "aria-label": "Work done"});
-  private readonly seconds = el("span", {class: "clock"});
+  private readonly seconds = el("span", {class: "worked"});
   private underWay = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
 
