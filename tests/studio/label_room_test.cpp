@@ -1,8 +1,10 @@
 #include "label_room.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,7 +36,12 @@ fs::path blank_sheet() {
 }
 
 LabellingOptions options(const fs::path& sheet, const std::string& observer = "ann") {
-  return {sheet.string(), observer, 7, 0.2};
+  LabellingOptions options;
+  options.table = sheet.string();
+  options.observer = observer;
+  options.seed = 7;
+  options.repeats = 0.2;
+  return options;
 }
 
 effort::LabelTable table_of(const fs::path& sheet) {
@@ -118,6 +125,72 @@ TEST(LabelRoom, GoesOnWhereItStoppedAndGivesAnotherRaterRowsOfTheirOwn) {
   const Json agreement = again.agreement();
   EXPECT_EQ(agreement["raters"].size(), 2U);
   EXPECT_EQ(agreement["factors"].size(), 3U);
+}
+
+/// Answers what is asked, each motion otherwise.
+void answer_all(LabelRoom& room, int most = 1000) {
+  Json next = room.next();
+  for (int n = 0; n < most && !next["place"].is_null(); ++n) {
+    const std::string motion = room.motion(next["place"], false).body;
+    const double half = 0.5 * static_cast<double>(std::hash<std::string>{}(motion) % 13) - 3.0;
+    next = room.answer(
+        {{"place", next["place"]}, {"factors", {{"flow", half}, {"weight", -half}, {"time", 1}}}});
+  }
+}
+
+/// Fragments in the order in which they were answered first.
+std::vector<std::string> answered_order(const fs::path& sheet) {
+  std::vector<std::string> names;
+  std::istringstream log(test::bytes_of(sheet.string() + ".log"));
+  for (std::string line; std::getline(log, line);) {
+    const Json told = Json::parse(line);
+    if (told["repeat"] == 0) names.push_back(told["fragment"]);
+  }
+  return names;
+}
+
+TEST(LabelRoom, AsksForBlendsAsSuggestOrdersThem) {
+  const fs::path sheet = blank_sheet();
+  LabellingOptions asked = options(sheet);
+  asked.suggested = true;
+  {
+    LabelRoom room(asked, {});
+    EXPECT_EQ(room.next()["all"], 8 + 2 + 3);
+    answer_all(room, 10);  // the fragments, two of them twice
+  }
+  const auto told =
+      test::run_laban("suggest --labels sheet.csv --count 3 --json", sheet.parent_path());
+  ASSERT_EQ(told.code, 0) << told.err;
+  std::vector<std::string> wanted;
+  const Json suggested = Json::parse(told.out);
+  for (const Json& one : suggested["suggestions"]) wanted.push_back(one["fragment"]);
+  ASSERT_EQ(wanted.size(), 3U);
+  {
+    LabelRoom room(asked, {});
+    answer_all(room, 1);
+  }
+  LabelRoom room(asked, {});  // goes on behind the first blend
+  answer_all(room);
+  EXPECT_EQ(room.next()["done"], 13);
+  const std::vector<std::string> order = answered_order(sheet);
+  ASSERT_EQ(order.size(), 11U);
+  EXPECT_EQ(std::vector(order.end() - 3, order.end()), wanted);
+}
+
+TEST(LabelRoom, AsksForSpaceOnRequest) {
+  const fs::path sheet = blank_sheet();
+  LabellingOptions asked = options(sheet);
+  EXPECT_EQ(LabelRoom(asked, {}).next()["factors"].size(), 3U);
+  asked.space = true;
+  LabelRoom room(asked, {});
+  Json next = room.next();
+  EXPECT_EQ(next["factors"].back(), "space");
+  (void)room.answer({{"place", next["place"]}, {"factors", {{"space", -2.5}}}});
+  const auto rows = table_of(sheet).rows;
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [](const auto& one) { return one.observer == "ann"; });
+  EXPECT_EQ(row->space, -2.5);
+  EXPECT_EQ(row->confidence, std::nullopt);
 }
 
 TEST(LabelRoom, NothingObservedIsAnAnswerThatCountsNowhere) {

@@ -1,11 +1,10 @@
 #include "effort_state.h"
 
-#include <cmath>
-#include <set>
-
 #include <fmt/core.h>
 
 #include "laban/base/error.h"
+
+#include "state_reader.h"
 
 namespace laban::cli {
 namespace {
@@ -14,108 +13,6 @@ using base::Error;
 using base::ErrorKind;
 
 constexpr const char* kSchema = "laban.effort-room/1";
-
-/// Reads an object key by key, and knows which keys nobody asked for.
-class ObjectReader {
- public:
-  /// @param where  in front of messages: "room.json", "room.json: 'asked'".
-  ObjectReader(const Json& json, std::string where) : json_(json), where_(std::move(where)) {
-    if (!json.is_object()) fail("is no JSON object");
-  }
-
-  [[nodiscard]] const Json& at(const std::string& key) {
-    known_.insert(key);
-    const auto found = json_.find(key);
-    if (found == json_.end()) fail("has no '" + key + "'");
-    return *found;
-  }
-  [[nodiscard]] const Json* find(const std::string& key) {
-    known_.insert(key);
-    const auto found = json_.find(key);
-    return found == json_.end() || found->is_null() ? nullptr : &*found;
-  }
-  [[nodiscard]] std::string text(const std::string& key) {
-    const Json& value = at(key);
-    if (!value.is_string()) fail_at(key, "is no text");
-    return value.get<std::string>();
-  }
-  [[nodiscard]] bool flag(const std::string& key) {
-    const Json& value = at(key);
-    if (!value.is_boolean()) fail_at(key, "is neither true nor false");
-    return value.get<bool>();
-  }
-  [[nodiscard]] double number(const std::string& key) { return number_in(at(key), key); }
-  [[nodiscard]] int count(const std::string& key) {
-    const double value = number(key);
-    if (value != std::floor(value) || std::abs(value) > 1e6) fail_at(key, "is no whole number");
-    return static_cast<int>(value);
-  }
-  [[nodiscard]] double number_in(const Json& value, const std::string& key) const {
-    if (!value.is_number()) fail_at(key, "is no number");
-    return value.get<double>();
-  }
-
-  /// @throws for a key that was not read.
-  void require_no_more() const {
-    for (const auto& item : json_.items())
-      if (!known_.contains(item.key())) fail("has '" + item.key() + "', which nothing reads");
-  }
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(ErrorKind::kFormat, where_ + " " + what);
-  }
-  [[noreturn]] void fail_at(const std::string& key, const std::string& what) const {
-    throw Error(ErrorKind::kFormat, where_ + ": '" + key + "' " + what);
-  }
-
- private:
-  const Json& json_;
-  std::string where_;
-  std::set<std::string> known_;
-};
-
-Json or_null(const std::string& text) {
-  return text.empty() ? Json() : Json(text);
-}
-
-template <typename Value>
-Json or_null(const std::optional<Value>& value) {
-  return value ? Json(*value) : Json();
-}
-
-Json reading_json(const ReadClipOptions& reading) {
-  return {{"unit", or_null(reading.unit_m)},
-          {"fps", or_null(reading.frame_rate_hz)},
-          {"input_format", or_null(reading.input_format)},
-          {"map", or_null(reading.map)},
-          {"input_up", or_null(reading.up_axis)},
-          {"skeleton", or_null(reading.skeleton)},
-          {"animation", or_null(reading.animation)}};
-}
-
-ReadClipOptions read_reading(const Json& json, const std::string& where) {
-  ObjectReader reader(json, where + ": 'reading'");
-  ReadClipOptions reading;
-  const auto text = [&](const std::string& key) {
-    return reader.find(key) == nullptr ? std::string() : reader.text(key);
-  };
-  const auto positive = [&](const std::string& key) -> std::optional<double> {
-    if (reader.find(key) == nullptr) return std::nullopt;
-    const double value = reader.number(key);
-    if (!(value > 0.0)) reader.fail_at(key, "must be above 0");
-    return value;
-  };
-  reading.unit_m = positive("unit");
-  reading.frame_rate_hz = positive("fps");
-  reading.input_format = text("input_format");
-  reading.map = text("map");
-  reading.up_axis = text("input_up");
-  if (!reading.up_axis.empty() && !up_axis_named(reading.up_axis))
-    reader.fail_at("input_up", "is neither x, y nor z");
-  reading.skeleton = text("skeleton");
-  reading.animation = text("animation");
-  reader.require_no_more();
-  return reading;
-}
 
 AskedOptions read_asked_of(ObjectReader& state, const std::string& where) {
   AskedOptions asked;
@@ -190,14 +87,13 @@ Json to_json(const EffortState& state) {
                              {"fragments", {lock.fragment_i, lock.fragment_j}},
                              {"alpha", lock.alpha}});
   }
-  json["reading"] = reading_json(styling.reading);
+  json["reading"] = to_json(styling.reading);
   return json;
 }
 
 EffortState read_effort_state(const Json& json, const std::string& name) {
   ObjectReader reader(json, name);
-  if (const Json* schema = reader.find("schema"); schema == nullptr || *schema != kSchema)
-    reader.fail(fmt::format("is no state of the Effort room: its schema is not {}", kSchema));
+  reader.require_schema(kSchema, "the Effort room");
   EffortState state;
   StylingOptions& styling = state.styling;
   transfer::ApplyOptions& apply = styling.apply;
@@ -227,9 +123,7 @@ EffortState read_effort_state(const Json& json, const std::string& name) {
 }
 
 EffortState parse_effort_state(std::string_view text, const std::string& name) {
-  const Json json = Json::parse(text, nullptr, false);
-  if (json.is_discarded()) throw Error(ErrorKind::kFormat, name + ": it is no JSON");
-  return read_effort_state(json, name);
+  return read_effort_state(parse_state(text, name), name);
 }
 
 }  // namespace laban::cli

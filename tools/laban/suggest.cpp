@@ -6,9 +6,9 @@
 #include <fmt/core.h>
 
 #include "laban/base/error.h"
-#include "laban/effort/suggestion.h"
 
 #include "files.h"
+#include "suggested_blends.h"
 #include "verb.h"
 
 namespace laban::cli {
@@ -27,19 +27,6 @@ struct SuggestVerb {
   std::optional<int> pool;
   int components = 3;
 };
-
-/// A suggested blend and what its label is expected to tell.
-struct Choice {
-  transfer::CorpusBlend blend;
-  double expected_drop = 0.0;
-};
-
-bool has_labelled_parents(const transfer::StyleCorpus& corpus, const transfer::CorpusBlend& blend) {
-  const auto is_labelled = [&](int fragment) {
-    return corpus.fragments[static_cast<std::size_t>(fragment)].effort.has_value();
-  };
-  return is_labelled(blend.fragment_i) && is_labelled(blend.fragment_j);
-}
 
 /// Blends drawn as `laban corpus` draws them, of names that the table has not.
 std::vector<transfer::CorpusBlend> draw_pool(const SuggestVerb& verb, const LabelledCorpus& read) {
@@ -81,46 +68,9 @@ std::vector<transfer::CorpusBlend> pool_of(const SuggestVerb& verb, const Labell
   return pool;
 }
 
-Eigen::MatrixXd features_of(const LabelledCorpus& read,
-                            const std::vector<transfer::CorpusBlend>& blends,
-                            const std::vector<Eigen::VectorXd>& coordinates) {
-  const int factors = read.corpus.factor_count;
-  Eigen::MatrixXd z(effort::feature_count(static_cast<int>(coordinates.front().size()), factors),
-                    static_cast<Eigen::Index>(blends.size()));
-  for (std::size_t n = 0; n < blends.size(); ++n) {
-    const auto i = static_cast<std::size_t>(blends[n].fragment_i);
-    const auto j = static_cast<std::size_t>(blends[n].fragment_j);
-    z.col(static_cast<Eigen::Index>(n)) = effort::style_features(
-        coordinates[i], coordinates[j],
-        effort::to_vector(*read.corpus.fragments[i].effort, factors),
-        effort::to_vector(*read.corpus.fragments[j].effort, factors), blends[n].alpha);
-  }
-  return z;
-}
-
-std::vector<Choice> choose(const SuggestVerb& verb, const LabelledCorpus& read) {
-  const std::vector<transfer::CorpusBlend> pool = pool_of(verb, read);
-  std::vector<transfer::CorpusBlend> labelled;
-  for (const transfer::CorpusBlend& blend : read.corpus.blends) {
-    if (blend.effort && has_labelled_parents(read.corpus, blend)) labelled.push_back(blend);
-  }
-  effort::ContentMapOptions content;
-  content.components = verb.components;
-  const auto coordinates = transfer::content_coordinates(
-      read.corpus.fragments, transfer::fit_corpus_content_map(read.corpus.fragments, content));
-  std::vector<Choice> choices;
-  for (const effort::Suggestion& suggestion : effort::suggest_blends(
-           features_of(read, labelled, coordinates), features_of(read, pool, coordinates),
-           {.count = verb.count, .factor_count = read.corpus.factor_count})) {
-    choices.push_back(
-        {pool[static_cast<std::size_t>(suggestion.column)], suggestion.expected_drop});
-  }
-  return choices;
-}
-
 /// The table to fill in: fragments and labelled blends, then the suggested ones, blank, in order.
 effort::LabelTable table_of(const SuggestVerb& verb, const LabelledCorpus& read,
-                            const std::vector<Choice>& choices) {
+                            const std::vector<SuggestedBlend>& choices) {
   const fs::path from =
       verb.clips.empty() ? fs::path(verb.labels).parent_path() : fs::path(verb.clips);
   const fs::path to = verb.output == "-" ? fs::path() : fs::path(verb.output).parent_path();
@@ -142,7 +92,7 @@ effort::LabelTable table_of(const SuggestVerb& verb, const LabelledCorpus& read,
       table.rows.push_back(row);
     }
   }
-  for (const Choice& choice : choices) {
+  for (const SuggestedBlend& choice : choices) {
     effort::LabelRow row;
     if (const auto found = blank.find(choice.blend.name); found != blank.end()) row = found->second;
     const auto parent = [&](int fragment) {
@@ -159,7 +109,7 @@ effort::LabelTable table_of(const SuggestVerb& verb, const LabelledCorpus& read,
 }
 
 void print(const SuggestVerb& verb, const LabelledCorpus& read,
-           const std::vector<Choice>& choices) {
+           const std::vector<SuggestedBlend>& choices) {
   const auto name = [&](int fragment) {
     return read.corpus.fragments[static_cast<std::size_t>(fragment)].name;
   };
@@ -167,7 +117,7 @@ void print(const SuggestVerb& verb, const LabelledCorpus& read,
     Json json = {{"schema", "laban.suggest/1"},
                  {"table", verb.output.empty() ? Json() : Json(verb.output)},
                  {"suggestions", Json::array()}};
-    for (const Choice& choice : choices) {
+    for (const SuggestedBlend& choice : choices) {
       json["suggestions"].push_back({{"fragment", choice.blend.name},
                                      {"parent_i", name(choice.blend.fragment_i)},
                                      {"parent_j", name(choice.blend.fragment_j)},
@@ -202,7 +152,8 @@ void run(const SuggestVerb& verb) {
   ReadCorpusOptions reading;
   reading.clips = verb.clips;
   const LabelledCorpus read = read_corpus(verb.labels, reading, verb.common);
-  const std::vector<Choice> choices = choose(verb, read);
+  const std::vector<SuggestedBlend> choices =
+      suggested_blends(read.corpus, pool_of(verb, read), verb.count, verb.components);
   if (!verb.output.empty()) {
     write_bytes(verb.output, effort::format_label_table(table_of(verb, read, choices)),
                 verb.common);

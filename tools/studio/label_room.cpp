@@ -16,6 +16,8 @@
 #include "laban/effort/observer.h"
 #include "laban/motion/standard_body.h"
 
+#include "suggested_blends.h"
+
 namespace laban::studio {
 namespace {
 
@@ -141,7 +143,11 @@ LabelRoom::LabelRoom(const LabellingOptions& options, const cli::Common& common)
   neutral_ = neutral_fragments(fragments_);
   std::vector<std::string> names;
   for (const transfer::Fragment& fragment : fragments_) names.push_back(fragment.name);
-  for (const transfer::CorpusBlend& blend : blends_) names.push_back(blend.name);
+  if (options.suggested) {
+    waiting_ = blends_.size();
+  } else {
+    for (const transfer::CorpusBlend& blend : blends_) names.push_back(blend.name);
+  }
   tasks_ = rating_order(names, options.seed, options.repeats);
 }
 
@@ -181,13 +187,62 @@ const RatingTask& LabelRoom::task_at(int place) const {
   return tasks_[static_cast<std::size_t>(place)];
 }
 
-Json LabelRoom::next() const {
+transfer::StyleCorpus LabelRoom::rated_corpus(const effort::LabelTable& table) const {
+  effort::LabelTable own;
+  std::copy_if(table.rows.begin(), table.rows.end(), std::back_inserter(own.rows),
+               [&](const auto& row) { return row.observer == options_.observer; });
+  std::map<std::string, effort::Effort> rated;
+  for (const effort::LabelRow& row : effort::mean_over_observers(own).rows) {
+    if (row.flow && row.weight && row.time)
+      rated[row.fragment] = {*row.flow, *row.weight, *row.time};
+  }
+  const auto rating = [&](const std::string& name) -> std::optional<effort::Effort> {
+    const auto found = rated.find(name);
+    return found == rated.end() ? std::nullopt : std::optional(found->second);
+  };
+  transfer::StyleCorpus corpus{fragments_, blends_};
+  for (transfer::Fragment& fragment : corpus.fragments) fragment.effort = rating(fragment.name);
+  for (transfer::CorpusBlend& blend : corpus.blends) blend.effort = rating(blend.name);
+  return corpus;
+}
+
+void LabelRoom::queue_blends(const effort::LabelTable& table) {
+  waiting_ = 0;
+  const transfer::StyleCorpus corpus = rated_corpus(table);
+  std::vector<transfer::CorpusBlend> pool;
+  std::vector<RatingTask> others;
+  for (const transfer::CorpusBlend& blend : corpus.blends) {
+    const RatingTask task{blend.name, 0};
+    if (answered(table, task)) {
+      tasks_.push_back(task);
+    } else if (cli::has_labelled_parents(corpus, blend)) {
+      pool.push_back(blend);
+    } else {
+      others.push_back(task);
+    }
+  }
+  if (!pool.empty()) {
+    for (const cli::SuggestedBlend& next :
+         cli::suggested_blends(corpus, pool, static_cast<int>(pool.size())))
+      tasks_.push_back({next.blend.name, 0});
+  }
+  tasks_.insert(tasks_.end(), others.begin(), others.end());
+}
+
+Json LabelRoom::next() {
   const effort::LabelTable now = table();
-  Json json = {
-      {"observer", options_.observer}, {"place", Json()}, {"done", 0}, {"all", tasks_.size()}};
+  const auto is_answered = [&](const RatingTask& task) { return answered(now, task); };
+  if (waiting_ > 0 && std::all_of(tasks_.begin(), tasks_.end(), is_answered)) queue_blends(now);
+  Json factors{"flow", "weight", "time"};
+  if (options_.space) factors.push_back("space");
+  Json json = {{"observer", options_.observer},
+               {"factors", factors},
+               {"place", Json()},
+               {"done", 0},
+               {"all", tasks_.size() + waiting_}};
   int done = 0;
   for (std::size_t n = 0; n < tasks_.size(); ++n) {
-    if (answered(now, tasks_[n])) {
+    if (is_answered(tasks_[n])) {
       ++done;
     } else if (json["place"].is_null()) {
       json["place"] = n;
@@ -228,9 +283,10 @@ Json LabelRoom::answer(const Json& request) {
   row.flow = rating_of(factors, "flow");
   row.weight = rating_of(factors, "weight");
   row.time = rating_of(factors, "time");
+  if (options_.space) row.space = rating_of(factors, "space");
   row.confidence = confidence_of(request);
   // Nothing observed is an answer too: one that counts nowhere.
-  if (!row.flow && !row.weight && !row.time) row.confidence = 0.0;
+  if (!row.flow && !row.weight && !row.time && !row.space) row.confidence = 0.0;
   row.comment = comment_of(request);
   row.observer = options_.observer;
   row.source = effort::LabelSource::kExpert;

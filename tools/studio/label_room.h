@@ -20,6 +20,9 @@ struct LabellingOptions {
   std::uint64_t seed = 1;
   /// Share of the fragments that are shown a second time, unannounced, in [0, 1].
   double repeats = 0.1;
+  /// Blends come after all fragments, in the order in which `laban suggest` would have them rated.
+  bool suggested = false;
+  bool space = false;  ///< whether Space is rated too
 };
 
 /// A fragment or blend to be rated, for the first time (repeat 0) or once more.
@@ -45,8 +48,8 @@ class LabelRoom {
 
   [[nodiscard]] Routes routes();
 
-  /// The first task that is not answered: {"place", "done", "all", "content"}, or place null.
-  [[nodiscard]] Json next() const;
+  /// The first task that is not answered: {"place", "done", "all", "factors", ..}, or place null.
+  [[nodiscard]] Json next();
   /// What is to be rated at a place of the order, or the neutral beside it: another fragment, where
   /// there is one of that content.
   /// @throws HttpError{404} if there is no such place.
@@ -63,6 +66,10 @@ class LabelRoom {
   [[nodiscard]] effort::LabelTable table() const;
   [[nodiscard]] bool answered(const effort::LabelTable& table, const RatingTask& task) const;
   [[nodiscard]] const RatingTask& task_at(int place) const;
+  /// Once every fragment is rated: the blends, those this observer rated before the others.
+  void queue_blends(const effort::LabelTable& table);
+  /// Fragments and blends as this observer rated them.
+  [[nodiscard]] transfer::StyleCorpus rated_corpus(const effort::LabelTable& table) const;
   void log(const Json& line) const;
 
   LabellingOptions options_;
@@ -71,6 +78,7 @@ class LabelRoom {
   /// Of each content its fragments, the most neutral first.
   std::map<std::string, std::vector<int>> neutral_;
   std::vector<RatingTask> tasks_;
+  std::size_t waiting_ = 0;  ///< blends that are queued once the fragments are rated
 };
 
 }  // namespace laban::studio

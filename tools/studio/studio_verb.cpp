@@ -87,6 +87,10 @@ void add_studio(CLI::App& app) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group(group);
+  sub->add_flag("--suggested", verb->studio.labelling.suggested,
+                "blends after all fragments, in the order of 'laban suggest'")
+      ->group(group);
+  sub->add_flag("--space", verb->studio.labelling.space, "rate Space too")->group(group);
   sub->add_option("--port", verb->port, "of 127.0.0.1 to listen on; 0: one that is free")
       ->capture_default_str();
   sub->add_flag("--no-browser", verb->no_browser, "print the address alone");

@@ -1,5 +1,5 @@
 // The labelling room: one motion after the other, beside a neutral one; every answer is kept before the
-// next is shown. All of it by keys: F, W, T choose a factor, arrows move it, N says that it was not
+// next is shown. All of it by keys: F, W, T, S choose a factor, arrows move it, N says that it was not
 // observed, Enter keeps the answer.
 import {getJson, getMotion, postJson} from "./api";
 import {button, checkbox, el, select, signed} from "./dom";
@@ -7,10 +7,9 @@ import {LIMIT, POLES} from "./factors";
 import {Stage} from "./stage";
 import type {Room, Studio} from "./studio";
 
-const FACTORS = ["flow", "weight", "time"];
-
 interface Next {
   observer: string;
+  factors: string[];
   place: number | null;
   done: number;
   all: number;
@@ -77,7 +76,7 @@ export class LabelRoom implements Room {
   readonly id = "label";
   readonly title = "Labelling";
   private readonly stage = new Stage();
-  private readonly ratings: Rating[];
+  private ratings: Rating[] = [];
   private readonly progress = el("p", {class: "progress", "aria-live": "polite"});
   private readonly comment = el("textarea", {rows: 2, "aria-label": "Comment", maxlength: 500});
   private readonly confidence = select("Confidence", [["1", "sure"], ["0.75", "rather sure"], ["0.5", "half sure"], ["0.25", "guessed"]].map(
@@ -90,19 +89,20 @@ export class LabelRoom implements Room {
   private busy = false;
 
   constructor(private readonly studio: Studio) {
-    this.ratings = FACTORS.map(factor => new Rating(factor, () => this.showKeep()));
     this.stage.player.onLoop(() => ++this.replays);
   }
 
   async enter(host: HTMLElement): Promise<void> {
+    const next = await getJson<Next>("/api/label/next");
+    this.ratings = next.factors.map(factor => new Rating(factor, () => this.showKeep()));
     host.append(el("div", {class: "room effort-room"},
       el("div", {class: "left"}, this.stage.root),
       el("aside", {class: "right"}, this.progress,
          el("section", {class: "target", "aria-label": "Rating"}, ...this.ratings.map(rating => rating.root)),
          this.confidence.root, el("label", {class: "comment"}, "Comment", this.comment), this.keep,
-         el("p", {class: "hint"}, "Space plays; F, W, T choose a factor, arrows move it, N: not observed, Enter: keep."),
+         el("p", {class: "hint"}, `Space plays; ${next.factors.map(factor => factor[0].toUpperCase()).join(", ")} choose a factor, arrows move it, N: not observed, Enter: keep.`),
          button("Agreement", "How far raters agree so far", () => void this.studio.attempt(() => this.showAgreement())), this.report)));
-    await this.show(await getJson<Next>("/api/label/next"));
+    await this.show(next);
   }
 
   leave(): void {
