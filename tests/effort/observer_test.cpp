@@ -8,7 +8,9 @@
 #include <gmock/gmock.h>
 
 #include "laban/base/error.h"
+#include "laban/motion/resample.h"
 #include "laban/motion/standard_body.h"
+#include "support/changed_motion.h"
 #include "support/clips.h"
 
 namespace laban::effort {
@@ -230,6 +232,38 @@ TEST(Observer, AHoldIsMoreBoundAndNeitherLighterNorMoreSustained) {
     EXPECT_NEAR(with.weight, without.weight, 0.03);
     EXPECT_NEAR(with.time, without.time, 0.03);
   }
+}
+
+/// Down by 0.6 m in about a second about `middle_s`, amid sinking at `sinking` m/s.
+motion::PoseMatrix one_stroke(int frames, double rate_hz, double middle_s, double sinking) {
+  return moving_statue(
+      frames, rate_hz, [](double) { return 0.0; },
+      [&](double t) { return 1.0 - 0.3 * std::erf(2.0 * (t - middle_s)) - sinking * t; });
+}
+
+// A short hold in the midst of the only stroke: under a cutoff that follows the slow movement's
+// rate (2.6 Hz here) it would slow the stroke by more than it adds rest, and Flow fall by 0.09.
+TEST(Observer, AShortHoldInTheOnlyStrokeIsMoreBound) {
+  for (const double rate : {30.0, 120.0}) {
+    SCOPED_TRACE(rate);
+    const int frames = static_cast<int>(4.0 * rate) + 1;
+    const motion::PoseMatrix pose = one_stroke(frames, rate, 2.0, 0.075);
+    const double plain = describe(pose).flow;
+    for (const double where : {0.475, 0.5, 0.525}) {
+      EXPECT_GT(describe(test::with_hold(pose, where, 0.2)).flow, plain + 0.04) << where;
+    }
+  }
+}
+
+// A clip that ends anywhere between two frames of the lower rate lasts there up to a frame less:
+// on average over the four ends that are possible Flow is the same.
+TEST(Observer, RestAtTheEndsOfAShortClipCountsAlikeAtAnyRate) {
+  double change = 0.0;
+  for (int frames = 241; frames < 245; ++frames) {
+    const motion::PoseMatrix pose = one_stroke(frames, 120.0, 1.0, 0.0);
+    change += 0.25 * (describe(motion::resample(pose, 30.0)).flow - describe(pose).flow);
+  }
+  EXPECT_NEAR(change, 0.0, 0.007);
 }
 
 TEST(Observer, ShortAndStillClipsAreFinite) {
