@@ -196,6 +196,8 @@ SeamlessLoop seamless_loop(const motion::Capture& given, const LoopOptions& opti
                     closed ? 0.0 : round.travel.norm(),
                     closed ? 0.0 : round.turn,
                     closed,
+                    closed ? 0.0 : round.motion.yaw,
+                    closed ? Eigen::Vector3d::Zero().eval() : round.motion.shift,
                     held.stances};
   if (options.in_place) loop.clip = motion::in_place(loop.clip, capture.humanoid);
   for (const BodyFrame& frame : held.frames) {

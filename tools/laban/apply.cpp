@@ -9,6 +9,7 @@
 #include "apply_batch.h"
 #include "effort_state.h"
 #include "files.h"
+#include "state_reader.h"
 #include "styling.h"
 #include "verb.h"
 
@@ -127,14 +128,7 @@ void add_apply(CLI::App& app) {
                   "page to write (.html): input beside output, playing in any browser");
   const std::vector<CLI::Option*> others = sub->get_options();
   add_styling_options(sub, verb->styling);
-  CLI::Option* state =
-      sub->add_option("--state", verb->state,
-                      "instead of how to style it, and of INPUT if that is left out: what the "
-                      "studio's Effort room was set to, a JSON file that it saved");
-  for (CLI::Option* option : sub->get_options()) {
-    const bool styles = std::find(others.begin(), others.end(), option) == others.end();
-    if (styles && option != state) state->excludes(option);
-  }
+  add_state_option(sub, verb->state, "Effort room", others);
   add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true, .threads = true});
   sub->callback([verb] { run(*verb); });

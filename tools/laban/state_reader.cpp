@@ -108,6 +108,17 @@ void ObjectReader::fail_at(const std::string& key, const std::string& what) cons
   throw Error(ErrorKind::kFormat, where_ + ": '" + key + "' " + what);
 }
 
+void add_state_option(CLI::App* verb, std::string& path, const std::string& room,
+                      const std::vector<CLI::Option*>& others) {
+  const std::vector<CLI::Option*> all = verb->get_options();
+  CLI::Option* state = verb->add_option(
+      "--state", path,
+      "instead of what is to be made, and of the input if that is left out: what the studio's " +
+          room + " was set to, a JSON file that it saved");
+  for (CLI::Option* option : all)
+    if (std::find(others.begin(), others.end(), option) == others.end()) state->excludes(option);
+}
+
 Json parse_state(std::string_view text, const std::string& name) {
   Json json = Json::parse(text, nullptr, false);
   if (json.is_discarded()) throw Error(ErrorKind::kFormat, name + ": it is no JSON");

@@ -44,6 +44,11 @@ class ObjectReader {
   std::set<std::string> known_;
 };
 
+/// Adds --state FILE, which stands for every option of the verb but `others`.
+/// @param room  whose state it is: "Effort room".
+void add_state_option(CLI::App* verb, std::string& path, const std::string& room,
+                      const std::vector<CLI::Option*>& others);
+
 /// @throws Error{kFormat} if it is no JSON.
 [[nodiscard]] Json parse_state(std::string_view text, const std::string& name);
 

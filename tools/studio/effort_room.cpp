@@ -224,7 +224,7 @@ Response EffortRoom::exported(const Json& request, const std::string& format) {
   const cli::SegmentedClip& clip = segmented(id);
   take(at(request, "state"));
   const transfer::AppliedStyle applied = this->applied(clip);
-  const std::string name = stage_.at(id).export_name(format);
+  const std::string name = stage_.at(id).made_name("styled", format);
   return {200, "application/octet-stream",
           cli::styled_bytes(clip.input, played(clip, applied), name, {}, stage_.common()), name};
 }

@@ -58,8 +58,8 @@ std::string OpenClip::name() const {
   return fs::path(path).filename().string();
 }
 
-std::string OpenClip::export_name(const std::string& format) const {
-  return fs::path(path).stem().string() + "_styled." + format;
+std::string OpenClip::made_name(const std::string& made, const std::string& format) const {
+  return fs::path(path).stem().string() + "_" + made + "." + format;
 }
 
 Routes Stage::routes() {

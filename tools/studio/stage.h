@@ -17,8 +17,8 @@ struct OpenClip {
   cli::CapturedClip clip;
 
   [[nodiscard]] std::string name() const;
-  /// "walk_styled.bvh": what an export of it is called.
-  [[nodiscard]] std::string export_name(const std::string& format) const;
+  /// "walk_styled.bvh": what a file of what was made of it is called.
+  [[nodiscard]] std::string made_name(const std::string& made, const std::string& format) const;
 };
 
 /// The clips that are open: those of the command line and those dropped on the page. Nothing else

@@ -7,7 +7,7 @@
 namespace laban::studio {
 
 Studio::Studio(const StudioOptions& options, std::string page, const cli::Common& common)
-    : page_(std::move(page)), stage_(options.reading, common) {
+    : page_(std::move(page)), stage_(options.reading, common), loop_(stage_) {
   routes_ = {{"GET /", [this](const Request&) { return this->page(); }},
              {"GET /api/studio", [this](const Request&) { return json_response(overview()); }}};
   for (const std::string& clip : options.clips) stage_.open(clip);
@@ -16,6 +16,7 @@ Studio::Studio(const StudioOptions& options, std::string page, const cli::Common
     label_.emplace(options.labelling, common);
     routes_.merge(label_->routes());
   } else {
+    routes_.merge(loop_.routes());
     effort_.emplace(stage_, options.model);
     routes_.merge(effort_->routes());
   }
@@ -46,8 +47,7 @@ Response Studio::page() const {
 Json Studio::overview() const {
   Json rooms = Json::array();
   if (label_) rooms.push_back("label");
-  if (effort_) rooms.push_back("effort");
-  if (!label_) rooms.push_back("stage");
+  if (!label_) rooms = {"effort", "loop", "stage"};
   return {{"version", base::version()}, {"rooms", rooms}, {"clips", stage_.clips_json()}};
 }
 

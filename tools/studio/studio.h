@@ -7,6 +7,7 @@
 #include "effort_room.h"
 #include "http.h"
 #include "label_room.h"
+#include "loop_room.h"
 #include "stage.h"
 #include "work.h"
 
@@ -42,6 +43,7 @@ class Studio {
   std::string page_;
   Work work_;
   Stage stage_;
+  LoopRoom loop_;
   std::optional<EffortRoom> effort_;
   std::optional<LabelRoom> label_;
   Routes routes_;

@@ -133,6 +133,10 @@ struct SeamlessLoop {
   double travel_m = 0.0;
   double turn_rad = 0.0;
   bool closed = false;  ///< it ends where it begins
+  /// What one round does to every point of the body: a turn about +Y, radians, then a shift over
+  /// the ground, metres; nothing if it is closed. The frame after the last is the first, moved so.
+  double round_yaw_rad = 0.0;
+  Eigen::Vector3d round_shift_m = Eigen::Vector3d::Zero();
   int foot_stances = 0;
 };
 
