@@ -7,6 +7,8 @@ export interface Curve {
   kind: string;
   x: number[];
   y: (number | null)[];
+  /** Its points alone, each a disc. */
+  markers?: boolean;
   /** Half the width of a band about it. */
   error?: number[] | null;
 }
@@ -78,6 +80,9 @@ export class LineChart {
     if (error) {
       const side = (sign: number) => curve.x.map((x, n) => `${this.px(x)},${this.py((curve.y[n] ?? 0) + sign * error[n])}`);
       parts.push(svg("polygon", {class: `band ${curve.kind}`, points: [...side(1), ...side(-1).reverse()].join(" ")}));
+    }
+    if (curve.markers) {
+      return curve.x.map((x, n) => svg("circle", {class: `marker ${curve.kind}`, cx: this.px(x), cy: this.py(curve.y[n] ?? 0), r: 4}));
     }
     let path = "";
     curve.y.forEach((y, n) => {
