@@ -82,6 +82,18 @@ Eigen::VectorXf outline_of(const Eigen::MatrixXf& rotated) {
   return outline;
 }
 
+// Leading coordinates amid each box: sketches are aligned in a hundredth of the time, and those of
+// near sequences are near.
+Eigen::MatrixXf sketch_of(const Eigen::MatrixXf& rotated) {
+  const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
+  Eigen::MatrixXf sketch(leading, box_count_for(rotated.cols()));
+  for (Index n = 0; n < sketch.cols(); ++n) {
+    const Index frame = std::min(n * kBoxFrames + kBoxFrames / 2, rotated.cols() - 1);
+    sketch.col(n) = rotated.col(frame).head(leading);
+  }
+  return sketch;
+}
+
 // Lower bounds, then upper bounds, a column a box.
 Eigen::MatrixXi boxes_of(const Eigen::MatrixXf& rotated, const CoarseGrid& grid) {
   const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
@@ -149,17 +161,17 @@ struct PreparedFragments {
   std::size_t lanes = static_cast<std::size_t>(kernels.lanes);
   std::span<const Eigen::MatrixXd> fragments;
   Scaling scaling;
-  Eigen::MatrixXd axes;                     // D x D
-  std::vector<Eigen::MatrixXf> rotated;     // one a fragment, scaled, for lanes
-  std::vector<PackedFrames<float>> packed;  // the same for alignments one at a time
+  Eigen::MatrixXd axes;                  // D x D
+  std::vector<Eigen::MatrixXf> rotated;  // one a fragment, scaled
   CoarseGrid grid;
-  std::vector<PackedFrames<int>> coarse;  // `screened`, on the grid
-  Eigen::MatrixXf outlines;               // a column a fragment
-  float largest_norm = 0.0F;              // squared, of all frames
-  std::vector<BoxGroup> groups;           // fragments by falling length
-  std::vector<int> order;                 // fragment at each place, group * lanes + lane
-  std::vector<Index> frames_at;           // of the fragment at each place
-  std::vector<std::size_t> place;         // of each fragment
+  std::vector<Eigen::MatrixXf> sketches;
+  Eigen::MatrixXf outlines;          // a column a fragment
+  float largest_norm = 0.0F;         // squared, of all frames
+  std::vector<BoxGroup> groups;      // fragments by falling length
+  std::vector<int> order;            // fragment at each place, group * lanes + lane
+  std::vector<Index> frames_at;      // of the fragment at each place
+  std::vector<PackedFrames> coarse;  // likewise, `screened`, on the grid
+  std::vector<std::size_t> place;    // of each fragment
 
   explicit PreparedFragments(std::span<const Eigen::MatrixXd> all) : fragments(all) {
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -172,15 +184,14 @@ struct PreparedFragments {
     axes = principal_axes(all, scaling.center);
     for (const Eigen::MatrixXd& fragment : all) {
       rotated.push_back(rotate(fragment, scaling));
-      packed.emplace_back(fine_frames(rotated.back()));
       largest_norm = std::max(largest_norm, rotated.back().colwise().squaredNorm().maxCoeff());
     }
     grid = CoarseGrid(std::sqrt(largest_norm));
-    for (const Eigen::MatrixXf& fragment : rotated)
-      coarse.emplace_back(grid.frames(screened(fragment)));
     outlines.resize(outline_of(rotated[0]).size(), static_cast<Index>(rotated.size()));
-    for (std::size_t i = 0; i < rotated.size(); ++i)
+    for (std::size_t i = 0; i < rotated.size(); ++i) {
       outlines.col(static_cast<Index>(i)) = outline_of(rotated[i]);
+      sketches.push_back(sketch_of(rotated[i]));
+    }
     add_groups();
   }
 
@@ -197,6 +208,7 @@ struct PreparedFragments {
       const auto i = static_cast<std::size_t>(order[n]);
       place[i] = n;
       frames_at.push_back(fragments[i].cols());
+      coarse.emplace_back(grid.frames(screened(rotated[i])));
       group.push_back(&rotated[i]);
       if (group.size() < lanes && n + 1 < order.size()) continue;
       groups.push_back(box_group(group, grid, lanes));
@@ -223,13 +235,6 @@ struct BoxBound {
   std::size_t lanes = 0;
   Index rows = 0;
   Index frames = 0;
-
-  [[nodiscard]] float of_row(Index p) const {
-    return row_least[static_cast<std::size_t>(p / kBoxFrames) * lanes];
-  }
-  [[nodiscard]] float of_frame(Index q) const {
-    return box_least[static_cast<std::size_t>(q / kBoxFrames) * lanes];
-  }
 };
 
 // The bounds of a group's fragments with one query.
@@ -326,66 +331,102 @@ class Rest {
  public:
   Rest(Index rows, Index most_frames, std::size_t lanes)
       : lanes_(lanes),
-        rows_((static_cast<std::size_t>(rows) + lanes - 1) / lanes * lanes),
-        rows_extra_(rows_),
-        frames_(static_cast<std::size_t>(most_frames + 2 * kFramePadding)),
-        frames_extra_(frames_) {}
+        strip_(kStripBands * lanes),
+        rows_((static_cast<std::size_t>(rows) + strip_ - 1) / strip_ * strip_),
+        frames_(static_cast<std::size_t>(most_frames + 2 * kFramePadding)) {}
 
   void fill(const BoxBound& bound, float limit) {
     bound_ = bound;
     limit_ = limit;
-    const Sum end;
-    std::fill(rows_.begin(), rows_.end(), kUnreachable);
-    std::fill(rows_extra_.begin(), rows_extra_.end(), kUnreachable);
-    Sum sum = end;
-    for (Index p = bound.rows - 1; p >= 0; --p) {
-      const auto cell = static_cast<std::size_t>(p) / lanes_ * lanes_ +
-                        (lanes_ - 1 - static_cast<std::size_t>(p) % lanes_);
-      rows_[cell] = sum.all;
-      rows_extra_[cell] = sum.extra;
-      sum.add(bound.of_row(p) - limit);
-    }
-    sum = end;
-    const Index behind = bound.frames + kFramePadding;
-    std::fill(frames_.begin() + behind, frames_.begin() + behind + kFramePadding, kUnreachable);
-    std::fill(frames_extra_.begin() + behind, frames_extra_.begin() + behind + kFramePadding,
-              kUnreachable);
-    for (Index q = bound.frames - 1; q >= 0; --q) {
-      const auto cell = static_cast<std::size_t>(q + kFramePadding);
-      frames_[cell] = sum.all;
-      frames_extra_[cell] = sum.extra;
-      sum.add(bound.of_frame(q) - limit);
-    }
+    frames_.fill(bound.box_least, lanes_, bound.frames, limit, kFramePadding);
+    rows_.fill(bound.row_least, lanes_, bound.rows, limit, 0);
+    std::reverse(rows_.all.begin(), rows_.all.end());
+    std::reverse(rows_.extra.begin(), rows_.extra.end());
   }
 
   // For the rows of strip n.
   [[nodiscard]] RestOfPath view(int n) const {
-    const std::size_t first = static_cast<std::size_t>(n) * lanes_;
-    const Index behind = std::max<Index>(bound_.rows - (n + 1) * static_cast<Index>(lanes_), 0);
-    return {frames_.data() + kFramePadding,
-            frames_extra_.data() + kFramePadding,
-            rows_.data() + first,
-            rows_extra_.data() + first,
-            bound_.rest_by_rows + static_cast<std::size_t>(n + 1) * bound_.box_count * lanes_,
+    const std::size_t begin = static_cast<std::size_t>(n) * strip_;
+    const std::size_t end = std::min(begin + strip_, static_cast<std::size_t>(bound_.rows));
+    const std::size_t behind = static_cast<std::size_t>(bound_.rows) - end;
+    const std::size_t last = rows_.all.size() - begin - strip_;
+    return {frames_.all.data() + kFramePadding,
+            frames_.extra.data() + kFramePadding,
+            rows_.all.data() + last,
+            rows_.extra.data() + last,
+            bound_.rest_by_rows + (end + lanes_ - 1) / lanes_ * bound_.box_count * lanes_,
             -limit_ * static_cast<float>(behind)};
   }
 
  private:
-  struct Sum {
-    float all = 0.0F;
-    float extra = 0.0F;
-    void add(float beyond) {
-      all += beyond;
-      extra += std::min(0.0F, beyond);
+  // Of each frame of a sequence, over all behind it: sums of least distances less the limit, and of
+  // those below 0.
+  struct Sums {
+    explicit Sums(std::size_t size) : all(size + kBoxFrames), extra(all.size()) {}
+
+    // Frame 0 at `first`. Behind the last one there is no path.
+    void fill(const float* least, std::size_t lanes, Index count, float limit, Index first) {
+      float all_behind = 0.0F;
+      float extra_behind = 0.0F;
+      for (int b = box_count_for(count) - 1; b >= 0; --b) {
+        const int held = frames_in_box(b, count);
+        const float beyond = least[static_cast<std::size_t>(b) * lanes] - limit;
+        const float below = std::min(0.0F, beyond);
+        float* to_all = all.data() + first + b * kBoxFrames;
+        float* to_extra = extra.data() + first + b * kBoxFrames;
+        for (int q = 0; q < kBoxFrames; ++q) {
+          to_all[q] = all_behind + static_cast<float>(held - 1 - q) * beyond;
+          to_extra[q] = extra_behind + static_cast<float>(held - 1 - q) * below;
+        }
+        all_behind += static_cast<float>(held) * beyond;
+        extra_behind += static_cast<float>(held) * below;
+      }
+      std::fill(all.begin() + first + count, all.end(), kUnreachable);
+      std::fill(extra.begin() + first + count, extra.end(), kUnreachable);
     }
+
+    std::vector<float> all;
+    std::vector<float> extra;
   };
+
   std::size_t lanes_;
+  std::size_t strip_;  // rows of one
   BoxBound bound_;
   float limit_ = 0.0F;
-  std::vector<float> rows_;
-  std::vector<float> rows_extra_;
-  std::vector<float> frames_;
-  std::vector<float> frames_extra_;
+  Sums rows_;  // the last row first
+  Sums frames_;
+};
+
+struct PathCost {
+  float cost = 0.0F;
+  int length = 0;
+  [[nodiscard]] float mean() const { return cost / static_cast<float>(length); }
+};
+
+// Of the alignments of a sequence with at most `lanes` others, side by side.
+std::vector<PathCost> path_costs(const PackedRows& rows,
+                                 std::span<const Eigen::MatrixXf* const> sequences,
+                                 const LaneKernels& kernels) {
+  const PackedLanes lanes(sequences, kernels);
+  const std::array<bool, kMostLanes> swapped = {};
+  LaneDtw dtw(kernels, lanes.frame_count());
+  dtw.begin(rows, lanes, swapped.data());
+  while (dtw.advance()) {
+  }
+  std::vector<PathCost> costs;
+  for (std::size_t l = 0; l < sequences.size(); ++l) {
+    const int last = static_cast<int>(sequences[l]->cols()) - 1;
+    const auto lane = static_cast<int>(l);
+    costs.push_back({dtw.cost(lane, last), dtw.length(lane, last)});
+  }
+  return costs;
+}
+
+// A fragment and how far it is likely to be; the lowest index first of equally far ones.
+struct Likely {
+  float distance = 0.0F;
+  int fragment = 0;
+  [[nodiscard]] friend auto operator<=>(const Likely&, const Likely&) = default;
 };
 
 }  // namespace
@@ -401,8 +442,7 @@ class FragmentIndex::Search {
       : data_(data),
         rotated_(data.rotate(features, data.scaling)),
         rows_(rotated_, data.kernels),
-        strips_(fine_frames(rotated_), -2.0F, data.kernels),
-        coarse_strips_(data.grid.frames(screened(rotated_)), data.grid.factor(), data.kernels),
+        strips_(data.grid.frames(screened(rotated_)), data.grid.factor(), data.kernels),
         count_(static_cast<std::size_t>(count)),
         rounding_(data.grid.rounding(
             1 + static_cast<int>(std::min(rotated_.rows(), kScreenedCoordinates)))),
@@ -415,31 +455,31 @@ class FragmentIndex::Search {
     for (std::size_t n = 0; n < candidates.size(); n += data_.lanes) align(group(candidates, n));
   }
 
-  // Those first whose outlines are nearest, so that the limit is near the last one early; any order
-  // is right.
+  // Those first that are likely to be nearest, so that the limit is near the last one early; any
+  // order is right.
   void run_pruned(std::vector<int> candidates) {
-    fill_keys(candidates);
-    const std::size_t begin = std::min(seed_count(candidates.size()), candidates.size());
-    std::partial_sort(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(begin),
-                      candidates.end(), [&](int a, int b) { return is_before(a, b); });
-    run_all({candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(begin)});
-    const std::span<const int> others = std::span(candidates).subspan(begin);
+    const std::size_t seeds = move_likely_first(candidates);
+    run_all({candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(seeds)});
+    const std::span<const int> others = std::span(candidates).subspan(seeds);
     if (others.empty()) return;
     Rest rest(rotated_.cols(), longest(others), data_.lanes);
     costs_ = AlignedArray<float>(static_cast<std::size_t>(longest(others) + 2 * kFramePadding));
     BoxBounds bounds(data_, rotated_);
     std::vector<int> left;
-    for (const std::vector<int>& one : by_group(others)) {
-      bounds.fill(place(one[0]) / data_.lanes, limit());
-      for (const int i : one) {
-        const std::size_t lane = place(i) % data_.lanes;
-        if (bounds.beyond(lane) > 0.0F) continue;
-        if (!may_be_near(i, bounds.of(lane), limit(), rest)) continue;
-        left.push_back(i);
+    const std::vector<std::size_t> places = places_of(others);
+    for (auto begin = places.begin(); begin != places.end();) {
+      const std::size_t group = *begin / data_.lanes;
+      const auto end = std::partition_point(
+          begin, places.end(), [&](std::size_t place) { return place / data_.lanes == group; });
+      bounds.fill(group, limit());
+      for (const std::size_t place : within(bounds, {begin, end})) {
+        if (!may_be_near(place, bounds.of(place % data_.lanes), rest)) continue;
+        left.push_back(data_.order[place]);
         if (left.size() < data_.lanes) continue;
         align(left);
         left.clear();
       }
+      begin = end;
     }
     if (!left.empty()) align(left);
   }
@@ -472,77 +512,91 @@ class FragmentIndex::Search {
     return best_.back() * (1.0F + 1e-5F) + slack_;
   }
 
-  // How many are aligned before anything is left out: of many a few groups.
-  [[nodiscard]] std::size_t seed_count(std::size_t candidate_count) const {
-    const std::size_t groups = std::clamp<std::size_t>(candidate_count / (12 * data_.lanes), 1, 3);
-    return std::max(count_, groups * data_.lanes);
-  }
-
   [[nodiscard]] std::span<const int> group(std::span<const int> fragments,
                                            std::size_t begin) const {
     return fragments.subspan(begin, std::min(data_.lanes, fragments.size() - begin));
   }
 
-  [[nodiscard]] std::size_t place(int fragment) const {
-    return data_.place[static_cast<std::size_t>(fragment)];
+  // Of the candidates whose outlines are nearest those whose sketches are.
+  // @returns how many they are: at least `count` if there are as many.
+  [[nodiscard]] std::size_t move_likely_first(std::vector<int>& candidates) const {
+    constexpr std::size_t kSketchedGroups = 12;
+    const std::size_t groups = std::max<std::size_t>((count_ + data_.lanes - 1) / data_.lanes, 2);
+    const std::size_t seeds = std::min(groups * data_.lanes, candidates.size());
+    const std::size_t sketched =
+        std::min(std::max(groups, kSketchedGroups) * data_.lanes, candidates.size());
+    std::vector<Likely> likely = by_outline(candidates);
+    const auto end_of = [&](std::size_t n) {
+      return likely.begin() + static_cast<std::ptrdiff_t>(n);
+    };
+    std::nth_element(likely.begin(), end_of(sketched), likely.end());
+    look_at_sketches(std::span(likely).first(sketched));
+    std::nth_element(likely.begin(), end_of(seeds), end_of(sketched));
+    std::transform(likely.begin(), likely.end(), candidates.begin(),
+                   [](const Likely& one) { return one.fragment; });
+    return seeds;
   }
 
-  void fill_keys(std::span<const int> candidates) {
-    keys_.resize(data_.fragments.size());
+  [[nodiscard]] std::vector<Likely> by_outline(std::span<const int> candidates) const {
     const Eigen::VectorXf outline = outline_of(rotated_);
+    std::vector<Likely> likely;
+    likely.reserve(candidates.size());
     for (const int i : candidates)
-      keys_[static_cast<std::size_t>(i)] = (data_.outlines.col(i) - outline).squaredNorm();
+      likely.push_back({(data_.outlines.col(i) - outline).squaredNorm(), i});
+    return likely;
   }
 
-  [[nodiscard]] bool is_before(int a, int b) const {
-    const float key_a = keys_[static_cast<std::size_t>(a)];
-    const float key_b = keys_[static_cast<std::size_t>(b)];
-    return key_a != key_b ? key_a < key_b : a < b;
+  void look_at_sketches(std::span<Likely> likely) const {
+    const PackedRows rows(sketch_of(rotated_), data_.kernels);
+    for (std::size_t n = 0; n < likely.size(); n += data_.lanes) {
+      const std::span<Likely> some = likely.subspan(n, std::min(data_.lanes, likely.size() - n));
+      std::vector<const Eigen::MatrixXf*> side_by_side;
+      for (const Likely& one : some)
+        side_by_side.push_back(&data_.sketches[static_cast<std::size_t>(one.fragment)]);
+      const std::vector<PathCost> costs = path_costs(rows, side_by_side, data_.kernels);
+      for (std::size_t l = 0; l < some.size(); ++l) some[l].distance = costs[l].mean();
+    }
   }
 
-  // The candidates that share lanes, side by side; first the groups with the nearest outlines.
-  [[nodiscard]] std::vector<std::vector<int>> by_group(std::span<const int> candidates) const {
-    std::vector<std::vector<int>> groups(data_.groups.size());
-    for (const int i : candidates) groups[place(i) / data_.lanes].push_back(i);
-    std::erase_if(groups, [](const std::vector<int>& one) { return one.empty(); });
-    const auto before = [&](int a, int b) { return is_before(a, b); };
-    for (std::vector<int>& one : groups)
-      std::iter_swap(one.begin(), std::min_element(one.begin(), one.end(), before));
-    std::sort(groups.begin(), groups.end(),
-              [&](const auto& a, const auto& b) { return before(a[0], b[0]); });
-    return groups;
+  // In order, so that those that share lanes are side by side.
+  [[nodiscard]] std::vector<std::size_t> places_of(std::span<const int> candidates) const {
+    std::vector<char> is_candidate(data_.order.size());
+    for (const int i : candidates) is_candidate[data_.place[static_cast<std::size_t>(i)]] = 1;
+    std::vector<std::size_t> places;
+    places.reserve(candidates.size());
+    for (std::size_t place = 0; place < is_candidate.size(); ++place)
+      if (is_candidate[place] != 0) places.push_back(place);
+    return places;
   }
 
-  // Whether a path costs `most` a cell or less: by the leading coordinates, a fraction of the work,
-  // then by all of them.
+  // Those of a group that its bounds let through. They are soon read from memory.
+  [[nodiscard]] std::vector<std::size_t> within(const BoxBounds& bounds,
+                                                std::span<const std::size_t> places) const {
+    std::vector<std::size_t> some;
+    for (const std::size_t place : places) {
+      if (bounds.beyond(place % data_.lanes) > 0.0F) continue;
+      some.push_back(place);
+      data_.coarse[place].prefetch();
+    }
+    return some;
+  }
+
+  // Whether a path costs the limit a cell or less by the leading coordinates on the grid.
   //
-  // On the grid distances d are at most (sqrt(d) + r)^2, r what rounding adds. For each r' in (0,
-  // 1) that is at most d / (1 - r') + r^2 / r', and with r' = r / (sqrt(most) + r): a path that
-  // costs `most` a cell or less costs (sqrt(most) + r)^2 or less there.
-  [[nodiscard]] bool may_be_near(int fragment, const BoxBound& bound, float most, Rest& rest) {
-    const auto n = static_cast<std::size_t>(fragment);
-    const float root = std::sqrt(most) + rounding_;
-    const float most_on_grid = root * root;
-    rest.fill(bound, most_on_grid);
-    if (!has_path(coarse_strips_, data_.coarse[n].view(), data_.kernels.coarse_excess_strip, rest,
-                  most_on_grid))
-      return false;
+  // There distances d are at most (sqrt(d) + r)^2, r what rounding adds. For each r' in (0, 1) that
+  // is at most d / (1 - r') + r^2 / r', and with r' = r / (sqrt(limit) + r): a path that costs the
+  // limit a cell or less costs (sqrt(limit) + r)^2 or less on the grid.
+  [[nodiscard]] bool may_be_near(std::size_t place, const BoxBound& bound, Rest& rest) {
+    const float root = std::sqrt(limit()) + rounding_;
+    const float most = root * root;
     rest.fill(bound, most);
-    if (has_path(strips_, data_.packed[n].view(), data_.kernels.excess_strip, rest, most))
-      return true;
-    cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames_of(fragment));
-    return false;
-  }
-
-  template <typename Value, typename Strip>
-  [[nodiscard]] bool has_path(const PackedStrips<Value>& strips, const FrameRows<Value>& frames,
-                              Strip excess_strip, const Rest& rest, float most) {
+    const FrameRows frames = data_.coarse[place].view();
     float* cost = costs_.data() + kFramePadding;
     std::fill_n(costs_.data(), frames.count + 2 * kFramePadding, kUnreachable);
     cost[-1] = 0.0F;
     FrameRange live = {0, 0};
-    for (int n = 0; n < strips.count(); ++n) {
-      live = excess_strip(strips.view(n), frames, most, rest.view(n), live, cost);
+    for (int n = 0; n < strips_.count(); ++n) {
+      live = data_.kernels.excess_strip(strips_.view(n), frames, most, rest.view(n), live, cost);
       if (live.begin >= live.end) return false;
     }
     return live.end == frames.count;
@@ -552,39 +606,28 @@ class FragmentIndex::Search {
     std::vector<const Eigen::MatrixXf*> side_by_side;
     for (const int i : fragments)
       side_by_side.push_back(&data_.rotated[static_cast<std::size_t>(i)]);
-    const PackedLanes lanes(side_by_side, data_.kernels);
-    const std::array<bool, kMostLanes> swapped = {};
-    LaneDtw dtw(data_.kernels, lanes.frame_count());
-    dtw.begin(rows_, lanes, swapped.data());
-    while (dtw.advance()) {
-    }
+    const std::vector<PathCost> costs = path_costs(rows_, side_by_side, data_.kernels);
     for (std::size_t l = 0; l < fragments.size(); ++l) {
-      const Index frames = frames_of(fragments[l]);
-      cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames);
-      const int last = static_cast<int>(frames) - 1;
-      const auto lane = static_cast<int>(l);
-      insert(fragments[l], dtw.cost(lane, last), dtw.length(lane, last));
+      cells_ += static_cast<double>(rotated_.cols()) * static_cast<double>(frames_of(fragments[l]));
+      insert(fragments[l], costs[l]);
     }
   }
 
-  void insert(int fragment, float cost, int length) {
-    const double whole = data_.scaling.unscaled_cost(cost);
-    aligned_.push_back({fragment, whole, whole / length});
-    const float mean_cost = cost / static_cast<float>(length);
-    best_.insert(std::upper_bound(best_.begin(), best_.end(), mean_cost), mean_cost);
+  void insert(int fragment, const PathCost& found) {
+    const double cost = data_.scaling.unscaled_cost(found.cost);
+    aligned_.push_back({fragment, cost, cost / found.length});
+    best_.insert(std::upper_bound(best_.begin(), best_.end(), found.mean()), found.mean());
     if (best_.size() > count_) best_.pop_back();
   }
 
   const Data& data_;
   Eigen::MatrixXf rotated_;
   PackedRows rows_;
-  PackedStrips<float> strips_;
-  PackedStrips<int> coarse_strips_;  // `screened`
+  PackedStrips strips_;  // `screened`
   std::size_t count_;
   float rounding_;             // what the grid adds to a distance
   float slack_;                // what single precision may be wrong by, a cell
-  std::vector<float> keys_;    // what candidates are sorted by
-  AlignedArray<float> costs_;  // of has_path
+  AlignedArray<float> costs_;  // of may_be_near
   std::vector<float> best_;    // the least mean costs so far, at most count_
   std::vector<Neighbor> aligned_;
   double cells_ = 0.0;
