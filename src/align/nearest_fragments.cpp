@@ -5,10 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "laban/base/error.h"
 
+#include "align/box_bounds.h"
 #include "align/lane_frames.h"
 #include "align/local_distance.h"
 
@@ -20,21 +22,10 @@ using base::ErrorKind;
 using Eigen::Index;
 
 constexpr float kUnreachable = std::numeric_limits<float>::infinity();
-// Leading coordinates that are bounded on their own by the boxes; the others are by their norm. Of
-// joint angles 8 hold most of the variance, 21 nearly all.
-constexpr Index kLeadingCoordinates = 21;
-constexpr Index kScreenedCoordinates = 27;  // likewise, by screening: with the norm 14 pairs
+// With the norm of the others 14 pairs.
+constexpr Index kScreenedCoordinates = 27;
 static_assert(kScreenedCoordinates < CoarseGrid::kMostDimensions);
 constexpr Index kMostAxisFrames = 20000;  // the axes need not be exact to be axes
-
-int box_count_for(Index frames) {
-  return static_cast<int>((frames + kBoxFrames - 1) / kBoxFrames);
-}
-
-// Frames of a sequence that its n-th box holds; none behind its end.
-int frames_in_box(int n, Index frames) {
-  return static_cast<int>(std::clamp<Index>(frames - n * kBoxFrames, 0, kBoxFrames));
-}
 
 // The principal axes of all fragments' frames as rows, by falling variance, orthonormal: distances
 // stay, and the first coordinates hold most of them.
@@ -56,18 +47,9 @@ Eigen::MatrixXd principal_axes(std::span<const Eigen::MatrixXd> fragments,
   return solver.eigenvectors().rowwise().reverse().transpose();
 }
 
-// The norm of all coordinates but the leading ones, whose difference is at most the distance of
-// these coordinates: beside the leading ones it bounds distances from below.
-Eigen::RowVectorXf norm_behind(const Eigen::MatrixXf& rotated, Index leading) {
-  return rotated.bottomRows(std::max<Index>(rotated.rows() - leading, 0)).colwise().norm();
-}
-
 // What screening looks at.
 Eigen::MatrixXf screened(const Eigen::MatrixXf& rotated) {
-  const Index leading = std::min(rotated.rows(), kScreenedCoordinates);
-  Eigen::MatrixXf values(leading + 1, rotated.cols());
-  values << rotated.topRows(leading), norm_behind(rotated, leading);
-  return values;
+  return leading_and_norm(rotated, kScreenedCoordinates);
 }
 
 // Leading coordinates at evenly spaced frames, a column: near outlines are mostly near sequences.
@@ -94,56 +76,6 @@ Eigen::MatrixXf sketch_of(const Eigen::MatrixXf& rotated) {
   return sketch;
 }
 
-// Lower bounds, then upper bounds, a column a box.
-Eigen::MatrixXi boxes_of(const Eigen::MatrixXf& rotated, const CoarseGrid& grid) {
-  const Index leading = std::min(rotated.rows(), kLeadingCoordinates);
-  Eigen::MatrixXf values(leading + 1, rotated.cols());
-  values << rotated.topRows(leading), norm_behind(rotated, leading);
-  Eigen::MatrixXf least(values.rows(), box_count_for(values.cols()));
-  Eigen::MatrixXf most(values.rows(), least.cols());
-  for (Index n = 0; n < least.cols(); ++n) {
-    const auto part =
-        values.middleCols(n * kBoxFrames, frames_in_box(static_cast<int>(n), values.cols()));
-    least.col(n) = part.rowwise().minCoeff();
-    most.col(n) = part.rowwise().maxCoeff();
-  }
-  const Eigen::MatrixXi lower = grid.lower_bounds(least);
-  Eigen::MatrixXi boxes(2 * lower.rows(), lower.cols());
-  boxes << lower, grid.upper_bounds(most);
-  return boxes;
-}
-
-// `lanes` fragments' boxes side by side. Behind a fragment's end its last box is repeated: a path
-// that goes on there costs what it costs to stay.
-struct BoxGroup {
-  int box_count = 0;  // of the longest
-  AlignedArray<int> boxes;
-  AlignedArray<int> frames;  // box_count x lanes
-};
-
-BoxGroup box_group(std::span<const Eigen::MatrixXf* const> rotated, const CoarseGrid& grid,
-                   std::size_t lanes) {
-  std::vector<Eigen::MatrixXi> boxes;
-  for (const Eigen::MatrixXf* fragment : rotated) boxes.push_back(boxes_of(*fragment, grid));
-  BoxGroup group;
-  for (const Eigen::MatrixXi& of_lane : boxes)
-    group.box_count = std::max(group.box_count, static_cast<int>(of_lane.cols()));
-  const auto height = static_cast<std::size_t>(boxes[0].rows());
-  const auto count = static_cast<std::size_t>(group.box_count);
-  group.boxes = AlignedArray<int>(count * height * lanes);
-  group.frames = AlignedArray<int>(count * lanes);
-  for (std::size_t l = 0; l < boxes.size(); ++l) {
-    for (std::size_t n = 0; n < count; ++n) {
-      const int* box = boxes[l].col(std::min(static_cast<Index>(n), boxes[l].cols() - 1)).data();
-      for (std::size_t k = 0; k < height; ++k) {
-        group.boxes[(n * height + k) * lanes + l] = box[k];
-      }
-      group.frames[n * lanes + l] = frames_in_box(static_cast<int>(n), rotated[l]->cols());
-    }
-  }
-  return group;
-}
-
 void require_usable(int count, std::span<const int> candidates, std::size_t fragment_count) {
   if (count < 1) {
     throw Error(ErrorKind::kUsage, "nearest: count = " + std::to_string(count) + " (must be >= 1)");
@@ -165,13 +97,12 @@ struct PreparedFragments {
   std::vector<Eigen::MatrixXf> rotated;  // one a fragment, scaled
   CoarseGrid grid;
   std::vector<Eigen::MatrixXf> sketches;
-  Eigen::MatrixXf outlines;          // a column a fragment
-  float largest_norm = 0.0F;         // squared, of all frames
-  std::vector<BoxGroup> groups;      // fragments by falling length
-  std::vector<int> order;            // fragment at each place, group * lanes + lane
-  std::vector<Index> frames_at;      // of the fragment at each place
-  std::vector<PackedFrames> coarse;  // likewise, `screened`, on the grid
-  std::vector<std::size_t> place;    // of each fragment
+  Eigen::MatrixXf outlines;            // a column a fragment
+  float largest_norm = 0.0F;           // squared, of all frames
+  std::vector<int> order;              // fragment at each place, group * lanes + lane
+  std::vector<std::size_t> place;      // of each fragment
+  std::vector<PackedFrames> coarse;    // of the fragment at each place, `screened`, on the grid
+  std::optional<FragmentBoxes> boxes;  // likewise
 
   explicit PreparedFragments(std::span<const Eigen::MatrixXd> all) : fragments(all) {
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -192,7 +123,7 @@ struct PreparedFragments {
       outlines.col(static_cast<Index>(i)) = outline_of(rotated[i]);
       sketches.push_back(sketch_of(rotated[i]));
     }
-    add_groups();
+    add_in_order();
   }
 
   [[nodiscard]] Eigen::MatrixXf rotate(const Eigen::Ref<const Eigen::MatrixXd>& sequence,
@@ -200,201 +131,19 @@ struct PreparedFragments {
     return (axes * ((sequence.colwise() - scale.center) * scale.factor)).cast<float>();
   }
 
-  void add_groups() {
+  // Groups are of `lanes` neighbours by falling length.
+  void add_in_order() {
     order = longest_first(fragments);
     place.resize(order.size());
-    std::vector<const Eigen::MatrixXf*> group;
+    std::vector<const Eigen::MatrixXf*> in_order;
     for (std::size_t n = 0; n < order.size(); ++n) {
       const auto i = static_cast<std::size_t>(order[n]);
       place[i] = n;
-      frames_at.push_back(fragments[i].cols());
+      in_order.push_back(&rotated[i]);
       coarse.emplace_back(grid.frames(screened(rotated[i])));
-      group.push_back(&rotated[i]);
-      if (group.size() < lanes && n + 1 < order.size()) continue;
-      groups.push_back(box_group(group, grid, lanes));
-      group.clear();
     }
+    boxes.emplace(in_order, grid, kernels);
   }
-};
-
-// Lower bounds of what an alignment of N query frames with M fragment frames costs beyond `limit` a
-// cell. A path has a cell a query frame at least, and each further cell is the first of a fragment
-// frame (and the other way round). So it costs more than `limit` a cell if
-//
-//   sum over frames p of (d(p, .) - limit) + sum over frames q of min(0, d(., q) - limit) > 0,
-//
-// where the first sum is at least the cheapest monotone path's through the boxes. The greater of
-// both ways round counts. The same holds of what is left of a path behind a cell.
-struct BoxBound {
-  // Sums of d(p, .), likewise, behind each strip of `lanes` rows: LaneKernels::rest_by_rows.
-  const float* rest_by_rows = nullptr;
-  std::size_t box_count = 0;
-  // d(p, .) of each box of rows and d(., q) of each of the fragment's boxes, `lanes` apart.
-  const float* row_least = nullptr;
-  const float* box_least = nullptr;
-  std::size_t lanes = 0;
-  Index rows = 0;
-  Index frames = 0;
-};
-
-// The bounds of a group's fragments with one query.
-class BoxBounds {
- public:
-  BoxBounds(const PreparedFragments& data, const Eigen::MatrixXf& rotated)
-      : data_(data), rows_(rotated.cols()), boxes_(boxes_of(rotated, data.grid)) {
-    std::size_t most = 0;
-    for (const BoxGroup& group : data.groups)
-      most = std::max(most, static_cast<std::size_t>(group.box_count));
-    const auto rows = static_cast<std::size_t>(boxes_.cols());
-    const std::size_t strips = (static_cast<std::size_t>(rows_) + data.lanes - 1) / data.lanes;
-    distances_ = AlignedArray<float>(rows * most * data.lanes);
-    row_least_ = AlignedArray<float>(rows * data.lanes);
-    row_frames_ = AlignedArray<int>(rows * data.lanes);
-    for (std::size_t n = 0; n < rows; ++n) {
-      std::fill_n(row_frames_.data() + n * data.lanes, data.lanes,
-                  frames_in_box(static_cast<int>(n), rows_));
-    }
-    box_least_ = AlignedArray<float>(most * data.lanes);
-    rest_ = AlignedArray<float>((strips + 1) * most * data.lanes);
-    path_ = AlignedArray<float>(rows * data.lanes);
-    ends_ = AlignedArray<float>(most * data.lanes);
-  }
-
-  // Until it is called again, `of` and `beyond` are about this group, `beyond` about `limit`.
-  void fill(std::size_t group, float limit) {
-    group_ = group;
-    const BoxGroup& boxes = data_.groups[group];
-    const LaneKernels& kernels = data_.kernels;
-    const auto rows = static_cast<int>(boxes_.cols());
-    kernels.box_distances(boxes_.data(), rows, boxes.boxes.data(), boxes.box_count,
-                          static_cast<int>(boxes_.rows() / 2), data_.grid.unit(), distances_.data(),
-                          row_least_.data(), box_least_.data());
-    kernels.rest_by_rows(distances_.data(), static_cast<int>(rows_), boxes.box_count, rest_.data());
-    kernels.path_by_boxes(distances_.data(), boxes.frames.data(), rows, boxes.box_count,
-                          path_.data(), ends_.data());
-    fill_beyond(limit);
-  }
-
-  [[nodiscard]] float beyond(std::size_t lane) const { return beyond_[lane]; }
-
-  [[nodiscard]] BoxBound of(std::size_t lane) const {
-    BoxBound bound;
-    bound.rows = rows_;
-    bound.frames = data_.frames_at[group_ * data_.lanes + lane];
-    bound.rest_by_rows = rest_.data() + lane;
-    bound.box_count = static_cast<std::size_t>(data_.groups[group_].box_count);
-    bound.row_least = row_least_.data() + lane;
-    bound.box_least = box_least_.data() + lane;
-    bound.lanes = data_.lanes;
-    return bound;
-  }
-
- private:
-  // By the cheapest paths through the boxes.
-  void fill_beyond(float limit) {
-    const LaneKernels& kernels = data_.kernels;
-    const BoxGroup& boxes = data_.groups[group_];
-    float rows_below[kMostLanes];
-    float frames_below[kMostLanes];
-    kernels.sums_below(row_least_.data(), row_frames_.data(), static_cast<int>(boxes_.cols()),
-                       limit, rows_below);
-    kernels.sums_below(box_least_.data(), boxes.frames.data(), boxes.box_count, limit,
-                       frames_below);
-    const std::size_t first = group_ * data_.lanes;
-    for (std::size_t l = 0; l < std::min(data_.lanes, data_.order.size() - first); ++l) {
-      const Index frames = data_.frames_at[first + l];
-      const auto last = static_cast<std::size_t>(box_count_for(frames) - 1);
-      const float by_rows = rest_[l] - limit * static_cast<float>(rows_) + frames_below[l];
-      const float by_boxes =
-          ends_[last * data_.lanes + l] - limit * static_cast<float>(frames) + rows_below[l];
-      beyond_[l] = std::max(by_rows, by_boxes);
-    }
-  }
-
-  const PreparedFragments& data_;
-  Index rows_;
-  Eigen::MatrixXi boxes_;  // of the query
-  std::array<float, kMostLanes> beyond_ = {};
-  AlignedArray<int> row_frames_;  // of the query's boxes, the same in all lanes
-  std::size_t group_ = 0;
-  // As LaneKernels names them.
-  AlignedArray<float> distances_;
-  AlignedArray<float> row_least_;
-  AlignedArray<float> box_least_;
-  AlignedArray<float> rest_;
-  AlignedArray<float> path_;
-  AlignedArray<float> ends_;
-};
-
-// What is left of paths behind each frame of a query and a fragment (RestOfPath).
-class Rest {
- public:
-  Rest(Index rows, Index most_frames, std::size_t lanes)
-      : lanes_(lanes),
-        strip_(kStripBands * lanes),
-        rows_((static_cast<std::size_t>(rows) + strip_ - 1) / strip_ * strip_),
-        frames_(static_cast<std::size_t>(most_frames + 2 * kFramePadding)) {}
-
-  void fill(const BoxBound& bound, float limit) {
-    bound_ = bound;
-    limit_ = limit;
-    frames_.fill(bound.box_least, lanes_, bound.frames, limit, kFramePadding);
-    rows_.fill(bound.row_least, lanes_, bound.rows, limit, 0);
-    std::reverse(rows_.all.begin(), rows_.all.end());
-    std::reverse(rows_.extra.begin(), rows_.extra.end());
-  }
-
-  // For the rows of strip n.
-  [[nodiscard]] RestOfPath view(int n) const {
-    const std::size_t begin = static_cast<std::size_t>(n) * strip_;
-    const std::size_t end = std::min(begin + strip_, static_cast<std::size_t>(bound_.rows));
-    const std::size_t behind = static_cast<std::size_t>(bound_.rows) - end;
-    const std::size_t last = rows_.all.size() - begin - strip_;
-    return {frames_.all.data() + kFramePadding,
-            frames_.extra.data() + kFramePadding,
-            rows_.all.data() + last,
-            rows_.extra.data() + last,
-            bound_.rest_by_rows + (end + lanes_ - 1) / lanes_ * bound_.box_count * lanes_,
-            -limit_ * static_cast<float>(behind)};
-  }
-
- private:
-  // Of each frame of a sequence, over all behind it: sums of least distances less the limit, and of
-  // those below 0.
-  struct Sums {
-    explicit Sums(std::size_t size) : all(size + kBoxFrames), extra(all.size()) {}
-
-    // Frame 0 at `first`. Behind the last one there is no path.
-    void fill(const float* least, std::size_t lanes, Index count, float limit, Index first) {
-      float all_behind = 0.0F;
-      float extra_behind = 0.0F;
-      for (int b = box_count_for(count) - 1; b >= 0; --b) {
-        const int held = frames_in_box(b, count);
-        const float beyond = least[static_cast<std::size_t>(b) * lanes] - limit;
-        const float below = std::min(0.0F, beyond);
-        float* to_all = all.data() + first + b * kBoxFrames;
-        float* to_extra = extra.data() + first + b * kBoxFrames;
-        for (int q = 0; q < kBoxFrames; ++q) {
-          to_all[q] = all_behind + static_cast<float>(held - 1 - q) * beyond;
-          to_extra[q] = extra_behind + static_cast<float>(held - 1 - q) * below;
-        }
-        all_behind += static_cast<float>(held) * beyond;
-        extra_behind += static_cast<float>(held) * below;
-      }
-      std::fill(all.begin() + first + count, all.end(), kUnreachable);
-      std::fill(extra.begin() + first + count, extra.end(), kUnreachable);
-    }
-
-    std::vector<float> all;
-    std::vector<float> extra;
-  };
-
-  std::size_t lanes_;
-  std::size_t strip_;  // rows of one
-  BoxBound bound_;
-  float limit_ = 0.0F;
-  Sums rows_;  // the last row first
-  Sums frames_;
 };
 
 struct PathCost {
@@ -462,9 +211,8 @@ class FragmentIndex::Search {
     run_all({candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(seeds)});
     const std::span<const int> others = std::span(candidates).subspan(seeds);
     if (others.empty()) return;
-    Rest rest(rotated_.cols(), longest(others), data_.lanes);
     costs_ = AlignedArray<float>(static_cast<std::size_t>(longest(others) + 2 * kFramePadding));
-    BoxBounds bounds(data_, rotated_);
+    BoxBounds bounds(*data_.boxes, rotated_);
     std::vector<int> left;
     const std::vector<std::size_t> places = places_of(others);
     for (auto begin = places.begin(); begin != places.end();) {
@@ -473,7 +221,7 @@ class FragmentIndex::Search {
           begin, places.end(), [&](std::size_t place) { return place / data_.lanes == group; });
       bounds.fill(group, limit());
       for (const std::size_t place : within(bounds, {begin, end})) {
-        if (!may_be_near(place, bounds.of(place % data_.lanes), rest)) continue;
+        if (!may_be_near(place, bounds)) continue;
         left.push_back(data_.order[place]);
         if (left.size() < data_.lanes) continue;
         align(left);
@@ -560,12 +308,12 @@ class FragmentIndex::Search {
 
   // In order, so that those that share lanes are side by side.
   [[nodiscard]] std::vector<std::size_t> places_of(std::span<const int> candidates) const {
-    std::vector<char> is_candidate(data_.order.size());
-    for (const int i : candidates) is_candidate[data_.place[static_cast<std::size_t>(i)]] = 1;
+    std::vector<std::size_t> asked(data_.order.size());
+    for (const int i : candidates) ++asked[data_.place[static_cast<std::size_t>(i)]];
     std::vector<std::size_t> places;
     places.reserve(candidates.size());
-    for (std::size_t place = 0; place < is_candidate.size(); ++place)
-      if (is_candidate[place] != 0) places.push_back(place);
+    for (std::size_t place = 0; place < asked.size(); ++place)
+      places.insert(places.end(), asked[place], place);
     return places;
   }
 
@@ -586,17 +334,17 @@ class FragmentIndex::Search {
   // There distances d are at most (sqrt(d) + r)^2, r what rounding adds. For each r' in (0, 1) that
   // is at most d / (1 - r') + r^2 / r', and with r' = r / (sqrt(limit) + r): a path that costs the
   // limit a cell or less costs (sqrt(limit) + r)^2 or less on the grid.
-  [[nodiscard]] bool may_be_near(std::size_t place, const BoxBound& bound, Rest& rest) {
+  [[nodiscard]] bool may_be_near(std::size_t place, BoxBounds& bounds) {
     const float root = std::sqrt(limit()) + rounding_;
     const float most = root * root;
-    rest.fill(bound, most);
+    bounds.fill_rest(place % data_.lanes, most);
     const FrameRows frames = data_.coarse[place].view();
     float* cost = costs_.data() + kFramePadding;
     std::fill_n(costs_.data(), frames.count + 2 * kFramePadding, kUnreachable);
     cost[-1] = 0.0F;
     FrameRange live = {0, 0};
     for (int n = 0; n < strips_.count(); ++n) {
-      live = data_.kernels.excess_strip(strips_.view(n), frames, most, rest.view(n), live, cost);
+      live = data_.kernels.excess_strip(strips_.view(n), frames, most, bounds.rest(n), live, cost);
       if (live.begin >= live.end) return false;
     }
     return live.end == frames.count;
