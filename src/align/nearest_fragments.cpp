@@ -175,7 +175,9 @@ std::vector<PathCost> path_costs(const PackedRows& rows,
 struct Likely {
   float distance = 0.0F;
   int fragment = 0;
-  [[nodiscard]] friend auto operator<=>(const Likely&, const Likely&) = default;
+  [[nodiscard]] friend bool operator<(const Likely& a, const Likely& b) {
+    return a.distance != b.distance ? a.distance < b.distance : a.fragment < b.fragment;
+  }
 };
 
 }  // namespace
