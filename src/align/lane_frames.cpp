@@ -61,10 +61,6 @@ RowFrames PackedRows::view(int begin, int count) const {
           count, dimensions_};
 }
 
-Frames<float> fine_frames(const Eigen::MatrixXf& scaled) {
-  return {scaled, scaled.colwise().squaredNorm()};
-}
-
 namespace {
 
 // Norms of frames within, and each coordinate of others, which are at most sqrt(kMostDimensions)
@@ -93,7 +89,7 @@ Eigen::MatrixXf CoarseGrid::in_cube(const Eigen::MatrixXf& scaled) const {
   return (scaled / step_).cwiseMax(-kLargestOnGrid).cwiseMin(kLargestOnGrid);
 }
 
-Frames<int> CoarseGrid::frames(const Eigen::MatrixXf& scaled) const {
+CoarseFrames CoarseGrid::frames(const Eigen::MatrixXf& scaled) const {
   const Eigen::MatrixXf whole = in_cube(scaled).array().round();
   return {pairs_of(whole), whole.colwise().squaredNorm() * unit()};
 }
@@ -110,53 +106,43 @@ float CoarseGrid::rounding(int dimensions) const {
   return step_ * std::sqrt(static_cast<float>(dimensions));
 }
 
-template <typename Value>
-PackedStrips<Value>::PackedStrips(const Frames<Value>& frames, float factor,
-                                  const LaneKernels& kernels)
+PackedStrips::PackedStrips(const CoarseFrames& frames, float factor, const LaneKernels& kernels)
     : dimensions_(static_cast<int>(frames.values.rows())),
       frame_count_(static_cast<int>(frames.values.cols())),
-      lanes_(kernels.lanes),
+      rows_(kStripBands * kernels.lanes),
       factor_(factor),
-      values_(static_cast<std::size_t>(count()) * static_cast<std::size_t>(dimensions_ * lanes_)),
-      norms_(static_cast<std::size_t>(count() * lanes_)) {
-  const auto lanes = static_cast<std::size_t>(lanes_);
+      values_(static_cast<std::size_t>(count()) * static_cast<std::size_t>(dimensions_ * rows_)),
+      norms_(static_cast<std::size_t>(count() * rows_)) {
+  const auto rows = static_cast<std::size_t>(rows_);
   for (int p = 0; p < frame_count_; ++p) {
-    const auto strip = static_cast<std::size_t>(p / lanes_);
-    const auto lane = static_cast<std::size_t>(lanes_ - 1 - p % lanes_);
-    const std::size_t first = strip * static_cast<std::size_t>(dimensions_) * lanes + lane;
+    const auto strip = static_cast<std::size_t>(p / rows_);
+    const auto row = static_cast<std::size_t>(rows_ - 1 - p % rows_);
+    const std::size_t first = strip * static_cast<std::size_t>(dimensions_) * rows + row;
     for (int k = 0; k < dimensions_; ++k)
-      values_[first + static_cast<std::size_t>(k) * lanes] = frames.values(k, p);
-    norms_[strip * lanes + lane] = frames.norms(p);
+      values_[first + static_cast<std::size_t>(k) * rows] = frames.values(k, p);
+    norms_[strip * rows + row] = frames.norms(p);
   }
 }
 
-template <typename Value>
-SkewedRows<Value> PackedStrips<Value>::view(int n) const {
-  return {values_.data() + static_cast<std::ptrdiff_t>(n) * dimensions_ * lanes_,
-          norms_.data() + static_cast<std::ptrdiff_t>(n) * lanes_,
-          std::min(lanes_, frame_count_ - n * lanes_), dimensions_, factor_};
+SkewedRows PackedStrips::view(int n) const {
+  return {values_.data() + static_cast<std::ptrdiff_t>(n) * dimensions_ * rows_,
+          norms_.data() + static_cast<std::ptrdiff_t>(n) * rows_,
+          std::min(rows_, frame_count_ - n * rows_), dimensions_, factor_};
 }
 
-template <typename Value>
-PackedFrames<Value>::PackedFrames(const Frames<Value>& frames)
+PackedFrames::PackedFrames(const CoarseFrames& frames)
     : frame_count_(static_cast<int>(frames.values.cols())),
       values_(static_cast<std::size_t>(frames.values.size() + 2 * kFramePadding)),
       norms_(static_cast<std::size_t>(frames.values.cols() + 2 * kFramePadding)) {
-  Eigen::Map<Eigen::Matrix<Value, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+  Eigen::Map<Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
       values_.data() + kFramePadding, frames.values.rows(), frames.values.cols()) = frames.values;
   Eigen::Map<Eigen::RowVectorXf>(norms_.data() + kFramePadding, frames.norms.size()) = frames.norms;
 }
 
-template <typename Value>
-FrameRows<Value> PackedFrames<Value>::view() const {
+FrameRows PackedFrames::view() const {
   return {values_.data() + kFramePadding, frame_count_, norms_.data() + kFramePadding,
           frame_count_};
 }
-
-template class PackedStrips<float>;
-template class PackedStrips<int>;
-template class PackedFrames<float>;
-template class PackedFrames<int>;
 
 PackedLanes::PackedLanes(std::span<const Eigen::MatrixXf* const> scaled,
                          const LaneKernels& kernels) {

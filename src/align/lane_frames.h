@@ -18,6 +18,9 @@ class AlignedArray {
   explicit AlignedArray(std::size_t size) : lines_((size + kLineSize - 1) / kLineSize) {}
   [[nodiscard]] T* data() noexcept { return reinterpret_cast<T*>(lines_.data()); }
   [[nodiscard]] const T* data() const noexcept { return reinterpret_cast<const T*>(lines_.data()); }
+  void prefetch() const noexcept {
+    for (const Line& line : lines_) __builtin_prefetch(&line);
+  }
   [[nodiscard]] T& operator[](std::size_t n) noexcept { return data()[n]; }
   [[nodiscard]] const T& operator[](std::size_t n) const noexcept { return data()[n]; }
 
@@ -62,16 +65,11 @@ class PackedRows {
   AlignedArray<float> norms_;
 };
 
-/// A sequence for alignments one at a time, as the kernels take it: float as it is, or int, two
-/// whole numbers each.
-template <typename Value>
-struct Frames {
-  Eigen::Matrix<Value, Eigen::Dynamic, Eigen::Dynamic> values;  ///< D x T
-  Eigen::RowVectorXf norms;                                     ///< squared, of each frame
+/// A sequence on a `CoarseGrid`.
+struct CoarseFrames {
+  Eigen::MatrixXi values;    ///< D / 2 x T, two whole numbers of 16 bits each
+  Eigen::RowVectorXf norms;  ///< squared, of each frame
 };
-
-/// Scaled frames for `PackedStrips<float>` and `PackedFrames<float>`.
-[[nodiscard]] Frames<float> fine_frames(const Eigen::MatrixXf& scaled);
 
 /// Whole numbers of 16 bits for coordinates and for boxes, for lower bounds of distances.
 class CoarseGrid {
@@ -84,7 +82,7 @@ class CoarseGrid {
 
   /// At most kMostDimensions x T, rounded to the grid and to the cube around `largest_norm`:
   /// distances to frames that lie in it grow by rounding alone.
-  [[nodiscard]] Frames<int> frames(const Eigen::MatrixXf& scaled) const;
+  [[nodiscard]] CoarseFrames frames(const Eigen::MatrixXf& scaled) const;
   /// How much farther apart two frames of so many coordinates can be on the grid than they are.
   [[nodiscard]] float rounding(int dimensions) const;
   /// Bounds of boxes as LaneKernels::box_distances takes them, rounded outwards and to the cube.
@@ -100,35 +98,35 @@ class CoarseGrid {
   float step_ = 1.0F;
 };
 
-/// A sequence as rows for alignments one at a time: strips of `lanes` of them.
-template <typename Value>
+/// A sequence as rows for alignments one at a time: strips of kStripBands * lanes of them.
 class PackedStrips {
  public:
-  PackedStrips(const Frames<Value>& frames, float factor, const LaneKernels& kernels);
+  PackedStrips(const CoarseFrames& frames, float factor, const LaneKernels& kernels);
 
-  [[nodiscard]] int count() const noexcept { return (frame_count_ + lanes_ - 1) / lanes_; }
-  [[nodiscard]] SkewedRows<Value> view(int n) const;
+  [[nodiscard]] int count() const noexcept { return (frame_count_ + rows_ - 1) / rows_; }
+  [[nodiscard]] SkewedRows view(int n) const;
 
  private:
   int dimensions_;
   int frame_count_;
-  int lanes_;
+  int rows_;  // of a strip
   float factor_;
-  AlignedArray<Value> values_;
+  AlignedArray<int> values_;
   AlignedArray<float> norms_;
 };
 
 /// A sequence feature by feature, for alignments one at a time.
-template <typename Value>
 class PackedFrames {
  public:
-  explicit PackedFrames(const Frames<Value>& frames);
+  explicit PackedFrames(const CoarseFrames& frames);
 
-  [[nodiscard]] FrameRows<Value> view() const;
+  [[nodiscard]] FrameRows view() const;
+  /// Has it fetched from memory while something else is done.
+  void prefetch() const noexcept { values_.prefetch(); }
 
  private:
   int frame_count_;
-  AlignedArray<Value> values_;
+  AlignedArray<int> values_;
   AlignedArray<float> norms_;
 };
 

@@ -36,25 +36,27 @@ struct LaneFrames {
 
 /// Frames before the first and behind the last of `FrameRows` and what belongs to them that are
 /// read, and of the costs beside them also written; what stands there does not count.
-inline constexpr int kFramePadding = 16;
+inline constexpr int kFramePadding = 32;
 
-/// At most `lanes` rows of a sequence for `excess_strip`, the last one first: feature k of row p is
-/// values[k * lanes + lanes - 1 - p], |x_p|^2 is norms[lanes - 1 - p], and distances are
-/// |x|^2 + |y|^2 + factor x'y. Value is float; or int, each two whole numbers of 16 bits (16-bit
-/// features 2k and 2k + 1), whose products' sums must stay below 2^31.
-template <typename Value>
+/// Rows of a sequence that `excess_strip` takes at once, times `lanes`.
+inline constexpr int kStripBands = 2;
+
+/// At most R = kStripBands * lanes rows of a sequence for `excess_strip`, the last one first:
+/// features 2k and 2k + 1 of row p, whole numbers of 16 bits, are values[k * R + R - 1 - p],
+/// |x_p|^2 is norms[R - 1 - p], and distances are |x|^2 + |y|^2 + factor x'y. Sums of products must
+/// stay below 2^31.
 struct SkewedRows {
-  const Value* values;
+  const int* values;
   const float* norms;
   int count;
   int dimensions;
   float factor;
 };
 
-/// A sequence feature by feature: feature k of frame q is values[k * stride + q], |y_q|^2 norms[q].
-template <typename Value>
+/// A sequence feature by feature: features 2k and 2k + 1 of frame q are values[k * stride + q],
+/// |y_q|^2 is norms[q].
 struct FrameRows {
-  const Value* values;
+  const int* values;
   std::ptrdiff_t stride;
   const float* norms;
   int count;
@@ -117,11 +119,8 @@ struct LaneKernels {
   /// x's first, infinity where there is none or it was given up (before the first row of all, 0 at
   /// q = -1 alone), overwritten by those to x's last. `live` holds all other q >= 0.
   /// @returns where paths are left.
-  FrameRange (*excess_strip)(const SkewedRows<float>& x, const FrameRows<float>& y, float limit,
+  FrameRange (*excess_strip)(const SkewedRows& x, const FrameRows& y, float limit,
                              const RestOfPath& rest, FrameRange live, float* cost);
-  /// The same by whole numbers.
-  FrameRange (*coarse_excess_strip)(const SkewedRows<int>& x, const FrameRows<int>& y, float limit,
-                                    const RestOfPath& rest, FrameRange live, float* cost);
 
   /// to[n * lanes + l] = from[l][n] for all n < count[l], else 0, n < most_count.
   void (*interleave)(const float* const* from, const int* count, int most_count, float* to);

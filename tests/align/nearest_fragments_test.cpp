@@ -166,6 +166,30 @@ TEST(FragmentIndex, NamesTheSameAmongHeldPosesAsTheFullSearchWithBothKindsOfKern
   }
 }
 
+// In any order, one of them twice.
+TEST(FragmentIndex, LooksAtCandidatesAlone) {
+  base::Rng rng(9);
+  std::vector<Eigen::MatrixXd> fragments;
+  for (int i = 0; i < 200; ++i) fragments.push_back(smooth_features(6, 1 + rng.index(60), rng));
+  std::vector<int> candidates = {199};
+  for (int i = 199; i >= 0; i -= 2) candidates.push_back(i);
+  const FragmentIndex index(fragments);
+  for (int trial = 0; trial < 10; ++trial) {
+    SCOPED_TRACE(trial);
+    const Eigen::MatrixXd query = smooth_features(6, 1 + rng.index(60), rng);
+    const NearestFragments found = index.nearest(query, 101, candidates);
+    const NearestFragments full = index.nearest(query, 101, candidates, {.prune = false});
+    const NearestFragments few = index.nearest(query, 4, candidates);
+    ASSERT_EQ(found.neighbors.size(), 101U);
+    for (std::size_t n = 0; n < 101; ++n) {
+      EXPECT_EQ(found.neighbors[n].fragment, full.neighbors[n].fragment) << "neighbor " << n;
+      EXPECT_EQ(found.neighbors[n].fragment % 2, 1);
+      if (n >= 4) continue;
+      EXPECT_EQ(few.neighbors[n].fragment, full.neighbors[n].fragment) << "neighbor " << n;
+    }
+  }
+}
+
 TEST(FragmentIndex, LooksForWhatIsFarFromEveryFragment) {
   base::Rng rng(6);
   std::vector<Eigen::MatrixXd> fragments;

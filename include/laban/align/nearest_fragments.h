@@ -29,20 +29,20 @@ struct NearestFragments {
 
 /// Fragments prepared for many searches for the ones nearest to a sequence by mean path cost.
 ///
-/// A search aligns with the fragments first whose leading coordinates at a few frames are nearest,
-/// and then leaves out only what cannot be among the nearest. Fragments are kept in their principal
-/// axes; each run of 8 frames has a box around its leading coordinates and around the norm of the
-/// others. The distances between the boxes of two sequences, and the cheapest monotone path through
-/// them, bound every path cost from below (in the manner of [Keogh05], without a band). What they
-/// let through is compared with the sequence by its leading coordinates in 16 bits, their rounding
-/// allowed for, and by all of them if that leaves it near enough; both times a path is given up
+/// A search aligns with the fragments first that are likely to be near (by alignments of every 8th
+/// frame, and before by a few frames' leading coordinates), and then leaves out only what cannot be
+/// among the nearest. Fragments are kept in their principal axes; each run of 8 frames has a box
+/// around its leading coordinates and around the norm of the others. The distances between the
+/// boxes of two sequences, and the cheapest monotone path through them, bound every path cost from
+/// below (in the manner of [Keogh05], without a band). What they let through is compared with the
+/// sequence by its leading coordinates in 16 bits, their rounding allowed for; a path is given up
 /// where it cannot come below the count-th best any more, whatever the boxes let follow. What is
 /// left is aligned. Single precision: mean costs within 1e-5 of the mean cell may change places.
 /// Immutable.
 class FragmentIndex {
  public:
   /// @param fragments  at least one, each D x T_i with one D; they must outlive this.
-  /// @throws Error{kData} as dtw. Memory about 8 (D + 10) bytes a frame.
+  /// @throws Error{kData} as dtw. Memory about 4 (D + 23) bytes a frame.
   explicit FragmentIndex(std::span<const Eigen::MatrixXd> fragments);
   ~FragmentIndex();
   FragmentIndex(FragmentIndex&&) noexcept;
