@@ -191,11 +191,24 @@ TEST(SeamlessLoop, TheLastFrameFlowsIntoTheFirst) {
   }
 }
 
+TEST(SeamlessLoop, ARoundTakesTheFirstFrameToWhereTheLastOneGoes) {
+  const SeamlessLoop walk = seamless_loop(phrase("walk_p02"));
+  const Eigen::Matrix3Xd& root = walk.clip.root_positions();
+  const Eigen::Index last = root.cols() - 1;
+  const Eigen::Vector3d next =
+      math::yaw_rotation(walk.round_yaw_rad) * root.col(0) + walk.round_shift_m;
+  EXPECT_NEAR(walk.round_shift_m.y(), 0.0, 1e-12);
+  EXPECT_GT((next - root.col(0)).norm(), 0.5);
+  // As far as from frame to frame before.
+  EXPECT_LT((next - 2.0 * root.col(last) + root.col(last - 1)).norm(), 0.005);
+}
+
 TEST(SeamlessLoop, AWalkIsLeftToTravelAndABowIsClosed) {
   const SeamlessLoop walk = seamless_loop(phrase("walk_p02"));
   EXPECT_FALSE(walk.closed);
   EXPECT_GT(walk.travel_m, 0.3);
   const SeamlessLoop bow = seamless_loop(phrase("bow_p02"));
+  EXPECT_EQ(bow.round_shift_m.norm(), 0.0);
   EXPECT_TRUE(bow.closed);
   EXPECT_EQ(bow.travel_m, 0.0);
 }

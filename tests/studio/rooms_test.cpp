@@ -1,65 +1,11 @@
-#include <cstring>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "../tools/program.h"
-#include "studio.h"
+#include "studio_client.h"
 
 namespace laban::studio {
 namespace {
-
-const std::string kTake = LABAN_SOURCE_DIR "/data/take.bvh";
-
-/// The embedded model and one take, opened once.
-Studio& studio() {
-  static Studio opened({{kTake}, LABAN_DEFAULT_MODEL, {}}, "<p id=\"{{nonce}}\">", {});
-  return opened;
-}
-
-Response get(const std::string& target) {
-  Request request{"GET", {}, {}, {}};
-  parse_target(target, request);
-  return studio().handle(request);
-}
-
-Response post(const std::string& target, const std::string& body) {
-  Request request{"POST", {}, {}, body};
-  parse_target(target, request);
-  return studio().handle(request);
-}
-
-Json post_json(const std::string& target, const Json& body) {
-  return Json::parse(post(target, body.dump()).body);
-}
-
-unsigned status_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const HttpError& error) {
-    return error.status();
-  }
-  return 200;
-}
-
-/// A motion message, taken apart as a page does.
-struct Motion {
-  Json header;
-  std::string arrays;
-
-  explicit Motion(const std::string& bytes) {
-    std::uint32_t size = 0;
-    std::memcpy(&size, bytes.data(), sizeof size);
-    header = Json::parse(bytes.substr(4, size));
-    arrays = bytes.substr(4 + size);
-  }
-  [[nodiscard]] float number(const std::string& array, std::size_t index) const {
-    float value = 0.0F;
-    const auto offset = header["arrays"][array]["offset"].get<std::size_t>();
-    std::memcpy(&value, arrays.data() + offset + sizeof value * index, sizeof value);
-    return value;
-  }
-};
 
 Json asked_for(double time) {
   Json state = post_json("/api/effort/open", {{"clip", "c0"}})["state"];

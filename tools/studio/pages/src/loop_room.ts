@@ -158,7 +158,8 @@ export class LoopRoom implements Room {
 
   private showReport(report: LoopReport): void {
     const {input, output} = report.quality;
-    const how = report.kind === "endless" ? `${report.parts!.filter(part => part.step === "seam").length} seams played`
+    const steps = (step: string) => report.parts!.filter(part => part.step === step).length;
+    const how = report.kind === "endless" ? `${steps("backwards")} times back, ${steps("seam")} seams played`
       : report.closed ? "the last frame flows into the first"
       : `the last frame flows into the first, ${report.travel_m!.toFixed(2)} m and ${report.turn_deg!.toFixed(1)} degrees on`;
     this.told.textContent = `${(report.frames / report.frame_rate_hz).toFixed(1)} s of ${report.source_frames} captured frames ` +
