@@ -11,7 +11,9 @@
 #include "laban/motion/retarget.h"
 
 #include "manifold.h"
+#include "map_state.h"
 #include "number_checks.h"
+#include "state_reader.h"
 
 namespace laban::cli {
 namespace {
@@ -29,10 +31,8 @@ struct ManifoldSynthesizeVerb {
   std::vector<std::string> through;
   std::vector<std::string> keys;
   std::string start;
-  std::optional<int> frames;
-  manifold::WalkOptions walk;
-  std::string travel = "contacts";
-  bool no_foot_fix = false;
+  std::string state;
+  MapChoices choices;
 };
 
 /// All of `text` as a number; not a number if it is none.
@@ -122,43 +122,29 @@ class KeyPlaces {
   std::vector<InputRecord> records_;
 };
 
-manifold::MapPath make_path(const ManifoldSynthesizeVerb& verb,
-                            const manifold::PoseManifold& manifold, KeyPlaces& keys) {
-  if (!verb.through.empty()) {
-    return manifold::path_through(manifold, parse_points(verb, manifold), verb.frames);
-  }
-  if (!verb.keys.empty()) {
-    Eigen::Matrix2Xd places(2, std::ssize(verb.keys));
-    for (std::size_t n = 0; n < verb.keys.size(); ++n) {
-      places.col(static_cast<Eigen::Index>(n)) = keys.place("--keys", verb.keys[n]);
-    }
-    return manifold::path_through(manifold, places, verb.frames);
-  }
-  base::Rng rng(verb.common.seed);
-  return manifold::markov_path(manifold, keys.place("--start", verb.start), verb.walk, rng);
+/// The points that --through, --keys or --start name.
+Eigen::Matrix2Xd asked_points(const ManifoldSynthesizeVerb& verb,
+                              const manifold::PoseManifold& manifold, KeyPlaces& keys) {
+  if (!verb.through.empty()) return parse_points(verb, manifold);
+  if (!verb.start.empty()) return keys.place("--start", verb.start);
+  Eigen::Matrix2Xd places(2, std::ssize(verb.keys));
+  for (std::size_t n = 0; n < verb.keys.size(); ++n)
+    places.col(static_cast<Eigen::Index>(n)) = keys.place("--keys", verb.keys[n]);
+  return places;
 }
 
 void check_request(const ManifoldSynthesizeVerb& verb) {
   const int ways =
       (verb.through.empty() ? 0 : 1) + (verb.keys.empty() ? 0 : 1) + (verb.start.empty() ? 0 : 1);
-  if (ways != 1) {
+  if (ways != 1 && verb.state.empty()) {
     throw Error(ErrorKind::kUsage, "say where to go: either --through, --keys or --start");
   }
-  if (verb.frames && !verb.start.empty()) {
+  if (verb.choices.frames && !verb.start.empty()) {
     throw Error(ErrorKind::kUsage, "--frames is for --through and --keys; a walk takes --seconds");
   }
   static_cast<void>(check_clip_output(verb.output, verb.writing));
   if (!verb.picture.empty()) static_cast<void>(is_svg(verb.picture));
   check_outputs(verb.common, {verb.output, verb.picture});
-}
-
-manifold::PlayOptions play_options(const ManifoldSynthesizeVerb& verb) {
-  manifold::PlayOptions options;
-  options.travel = verb.travel == "none"         ? manifold::Travel::kNone
-                   : verb.travel == "primitives" ? manifold::Travel::kPrimitives
-                                                 : manifold::Travel::kContacts;
-  options.lock_feet = !verb.no_foot_fix;
-  return options;
 }
 
 void write_picture(const ManifoldSynthesizeVerb& verb, const manifold::PoseManifold& manifold,
@@ -172,6 +158,12 @@ void write_picture(const ManifoldSynthesizeVerb& verb, const manifold::PoseManif
   draw::ContactSheetOptions options;
   options.format = is_svg(verb.picture) ? draw::Format::kSvg : draw::Format::kPng;
   write_bytes(verb.picture, draw::contact_sheet({&strip, 1}, options), verb.common);
+}
+
+Json points_json(const Eigen::Matrix2Xd& points) {
+  Json json = Json::array();
+  for (Eigen::Index n = 0; n < points.cols(); ++n) json.push_back({points(0, n), points(1, n)});
+  return json;
 }
 
 void print(const ManifoldSynthesizeVerb& verb, const manifold::MapPath& path,
@@ -191,14 +183,15 @@ void print(const ManifoldSynthesizeVerb& verb, const manifold::MapPath& path,
                  {"waypoint_frames", path.passed},
                  {"jumps", path.jumps},
                  {"run", run_record("manifold synthesize",
-                                    {{"seed", verb.common.seed},
+                                    {{"seed", verb.choices.seed},
                                      {"through", verb.through},
                                      {"keys", verb.keys},
                                      {"start", verb.start},
-                                     {"seconds", verb.walk.seconds},
-                                     {"perturb", verb.walk.perturb},
-                                     {"travel", verb.travel},
-                                     {"foot_fix", !verb.no_foot_fix}},
+                                     {"seconds", verb.choices.walk.seconds},
+                                     {"perturb", verb.choices.walk.perturb},
+                                     {"travel", verb.choices.travel},
+                                     {"points", points_json(verb.choices.points)},
+                                     {"foot_fix", !verb.choices.no_foot_fix}},
                                     records)}};
     fmt::print("{}\n", json.dump(2));
     return;
@@ -213,18 +206,31 @@ void print(const ManifoldSynthesizeVerb& verb, const manifold::MapPath& path,
   fmt::print("primitives:{}{}\n", walked, path.primitives.size() > 40 ? " .." : "");
 }
 
-void run(const ManifoldSynthesizeVerb& verb) {
+/// What the studio's map room was set to; MANIFOLD stands above its own.
+void take_state(ManifoldSynthesizeVerb& verb) {
+  MapState state = parse_map_state(read_bytes(verb.state), verb.state);
+  verb.choices = std::move(state.choices);
+  if (verb.input.empty()) verb.input = std::move(state.manifold);
+}
+
+void run(ManifoldSynthesizeVerb& verb) {
+  verb.choices.seed = verb.common.seed;
+  if (!verb.state.empty()) take_state(verb);
+  if (verb.input.empty()) throw CLI::RequiredError("MANIFOLD");
   check_request(verb);
   InputRecord record;
   const manifold::PoseManifold manifold = read_manifold_file(verb.input, record);
   KeyPlaces keys(verb, manifold);
-  const manifold::MapPath path = make_path(verb, manifold, keys);
-  const motion::Clip clip = manifold::play(manifold, path, play_options(verb));
-  write_clip(verb.output, clip, verb.common, {}, verb.writing);
-  write_picture(verb, manifold, clip, path);
+  if (verb.state.empty()) {
+    verb.choices.walks = !verb.start.empty();
+    verb.choices.points = asked_points(verb, manifold, keys);
+  }
+  const MadeMapMotion made = make_map_motion(manifold, verb.choices);
+  write_clip(verb.output, made.clip, verb.common, {}, verb.writing);
+  write_picture(verb, manifold, made.clip, made.path);
   std::vector<InputRecord> records{record};
   records.insert(records.end(), keys.records().begin(), keys.records().end());
-  if (verb.output != "-") print(verb, path, clip, records);
+  if (verb.output != "-") print(verb, made.path, made.clip, records);
 }
 
 }  // namespace
@@ -235,32 +241,36 @@ void add_manifold_synthesize(CLI::App* manifold) {
       *manifold, "synthesize", "Make a clip from points, key poses or a walk on a map",
       "laban manifold synthesize ballet.manifold --through 10,12 40,31 20,55 --frames 80 -o "
       "out.bvh");
-  sub->add_option("MANIFOLD", verb->input, "manifold file (.manifold)")->required();
+  sub->add_option("MANIFOLD", verb->input, "manifold file (.manifold)");
   sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
       ->required();
+  sub->add_option("--picture", verb->picture, "contact sheet of the output (.png or .svg)");
+  const std::vector<CLI::Option*> others = sub->get_options();
   sub->add_option("--through", verb->through, "points COLUMN,ROW of the map, a spline between them")
       ->expected(1, -1);
   sub->add_option("--keys", verb->keys, "key poses CLIP:FRAME, a spline between their places")
       ->expected(1, -1);
   sub->add_option("--start", verb->start, "pose CLIP:FRAME from which to walk over primitives");
-  sub->add_option("--frames", verb->frames,
+  sub->add_option("--frames", verb->choices.frames,
                   "frames of the output (default: as fast as the captures move)")
       ->check(CLI::Range(1, 1000000));
-  sub->add_option("--seconds", verb->walk.seconds, "length of the walk")
+  sub->add_option("--seconds", verb->choices.walk.seconds, "length of the walk")
       ->check(positive_number())
       ->capture_default_str();
-  sub->add_option("--perturb", verb->walk.perturb, "noise on what follows what; 0: the likeliest")
+  sub->add_option("--perturb", verb->choices.walk.perturb,
+                  "noise on what follows what; 0: the likeliest")
       ->check(number_from_0())
       ->capture_default_str();
-  sub->add_option("--travel", verb->travel,
+  sub->add_option("--travel", verb->choices.travel,
                   "travel over the ground from feet that stand, or from the captures' own")
       ->check(CLI::IsMember({"contacts", "primitives", "none"}))
       ->capture_default_str();
-  sub->add_flag("--no-foot-fix", verb->no_foot_fix, "leave the feet as the map gives them");
-  sub->add_option("--picture", verb->picture, "contact sheet of the output (.png or .svg)");
+  sub->add_flag("--no-foot-fix", verb->choices.no_foot_fix, "leave the feet as the map gives them");
   add_read_options(sub, verb->reading);
+  add_state_option(sub, verb->state, "map room", others);
   add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true, .seed = true});
+  sub->get_option("--state")->excludes(sub->get_option("--seed"));
   sub->callback([verb] { run(*verb); });
 }
 

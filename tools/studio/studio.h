@@ -8,6 +8,7 @@
 #include "http.h"
 #include "label_room.h"
 #include "loop_room.h"
+#include "map_room.h"
 #include "stage.h"
 #include "work.h"
 
@@ -16,7 +17,8 @@ namespace laban::studio {
 /// What the studio is opened with.
 struct StudioOptions {
   std::vector<std::string> clips;
-  std::string model;  ///< path; empty: the default model
+  std::string model;     ///< path; empty: the default model
+  std::string manifold;  ///< path; empty: none
   cli::ReadClipOptions reading;
   LabellingOptions labelling;
 };
@@ -45,6 +47,7 @@ class Studio {
   Stage stage_;
   LoopRoom loop_;
   std::optional<EffortRoom> effort_;
+  std::optional<MapRoom> map_;
   std::optional<LabelRoom> label_;
   Routes routes_;
 };

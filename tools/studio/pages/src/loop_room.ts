@@ -1,7 +1,8 @@
 // The loop room: where a clip can turn back, where its end can flow into its beginning, and the loop itself.
 import {getMotion, postJson, postMotion, type ClipInfo} from "./api";
 import type {Character} from "./character";
-import {button, checkbox, el, select} from "./dom";
+import {button, el} from "./dom";
+import {Fields, type Field} from "./fields";
 import {Latest} from "./latest";
 import {LineChart} from "./line_chart";
 import type {Motion} from "./motion";
@@ -53,11 +54,6 @@ interface LoopReport {
 /** Rounds of a seamless loop that play before the first one comes again. */
 const ROUNDS = 4;
 
-interface Field {
-  root: HTMLElement;
-  show: (state: LoopState) => void;
-}
-
 export class LoopRoom implements Room {
   readonly id = "loop";
   readonly title = "Loop";
@@ -68,7 +64,7 @@ export class LoopRoom implements Room {
   private readonly picture = new SeamPicture(frame => this.seekSeam(frame));
   private readonly told = el("p", {class: "quality", "aria-live": "polite"});
   private readonly tools: StateTools<LoopState>;
-  private readonly fields: Field[];
+  private readonly fields: Field<LoopState>[];
   private readonly making = new Latest<LoopState>(state => this.studio.attempt(() => this.make(state)));
   private readonly turning = new Latest<LoopState>(state => this.studio.attempt(() => this.findTurns(state)));
   private clip: ClipInfo | null = null;
@@ -234,51 +230,32 @@ export class LoopRoom implements Room {
     this.stage.player.seek((begin + frame * seam.played_frames / seam.frames) / report.frame_rate_hz);
   }
 
-  private makeFields(): Field[] {
-    const choice = (label: string, choices: [string, string][], get: (state: LoopState) => string, set: (state: LoopState, value: string) => void): Field => {
-      const made = select(label, choices.map(([value, text]) => ({value, label: text})), choices[0][0],
-                          value => this.tools.change(state => set(state, value)));
-      return {root: made.root, show: state => made.input.value = get(state)};
-    };
-    const flag = (label: string, get: (state: LoopState) => boolean, set: (state: LoopState, on: boolean) => void): Field => {
-      const made = checkbox(label, false, on => this.tools.change(state => set(state, on)));
-      return {root: made.root, show: state => made.input.checked = get(state)};
-    };
-    const number = (label: string, [min, max, step]: [number, number, number], get: (state: LoopState) => number,
-                    set: (state: LoopState, value: number) => void): Field => {
-      const input = el("input", {type: "number", min, max, step});
-      input.addEventListener("change", () => {
-        const value = Number(input.value);
-        if (input.value === "" || !Number.isFinite(value)) return;
-        this.tools.change(state => set(state, Math.max(min, Math.min(value, max))), label);
-        input.value = String(get(this.tools.state));
-      });
-      return {root: el("label", {class: "field"}, label, input), show: state => input.value = String(get(state))};
-    };
-    const seed = number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = Math.round(value));
+  private makeFields(): Field<LoopState>[] {
+    const fields = new Fields<LoopState>((edit, kind) => this.tools.change(edit, kind));
+    const seed = fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value);
     seed.root.append(button("Draw again", "The next seed", () => this.tools.change(state => state.seed = (state.seed + 1) % 1000001)));
     return [
-      choice("Make", [["seamless", "one seamless loop"], ["endless", "endless motion"]], state => state.kind,
+      fields.choice("Make", [["seamless", "one seamless loop"], ["endless", "endless motion"]], state => state.kind,
              (state, value) => state.kind = value as LoopState["kind"]),
-      number("Seconds", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value),
-      flag("In place", state => state.in_place, (state, on) => state.in_place = on),
-      flag("Turn back at turning points", state => state.turns, (state, on) => state.turns = on),
-      flag("Leap through seams", state => state.seams, (state, on) => state.seams = on),
-      flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
+      fields.number("Seconds", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value),
+      fields.flag("In place", state => state.in_place, (state, on) => state.in_place = on),
+      fields.flag("Turn back at turning points", state => state.turns, (state, on) => state.turns = on),
+      fields.flag("Leap through seams", state => state.seams, (state, on) => state.seams = on),
+      fields.flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
       seed,
-      number("Overlap, frames", [4, 100, 1], state => state.seam.overlap, (state, value) => {
-        state.seam.overlap = Math.round(value);
+      fields.number("Overlap, frames", [4, 100, 1], state => state.seam.overlap, (state, value) => {
+        state.seam.overlap = value;
         state.seam.blend_frames = Math.min(state.seam.blend_frames, state.seam.overlap);
       }),
-      number("Blend, frames", [1, 100, 1], state => state.seam.blend_frames,
-             (state, value) => state.seam.blend_frames = Math.min(Math.round(value), state.seam.overlap)),
-      choice("A cut costs", [["difference", "difference"], ["gradient", "difference over gradient"]], state => state.seam.seam_metric,
+      fields.number("Blend, frames", [1, 100, 1], state => state.seam.blend_frames,
+             (state, value) => state.seam.blend_frames = Math.min(value, state.seam.overlap)),
+      fields.choice("A cut costs", [["difference", "difference"], ["gradient", "difference over gradient"]], state => state.seam.seam_metric,
              (state, value) => state.seam.seam_metric = value),
-      flag("Poisson blending", state => state.seam.poisson, (state, on) => state.seam.poisson = on),
-      choice("Distance", [["mahalanobis", "Mahalanobis"], ["l2", "L2"]], state => state.turning.distance,
+      fields.flag("Poisson blending", state => state.seam.poisson, (state, on) => state.seam.poisson = on),
+      fields.choice("Distance", [["mahalanobis", "Mahalanobis"], ["l2", "L2"]], state => state.turning.distance,
              (state, value) => state.turning.distance = value),
-      number("Threshold", [0, 1, 0.01], state => state.turning.threshold, (state, value) => state.turning.threshold = value),
-      number("Window, seconds", [0.05, 10, 0.05], state => state.turning.window_s, (state, value) => state.turning.window_s = value),
+      fields.number("Threshold", [0, 1, 0.01], state => state.turning.threshold, (state, value) => state.turning.threshold = value),
+      fields.number("Window, seconds", [0.05, 10, 0.05], state => state.turning.window_s, (state, value) => state.turning.window_s = value),
     ];
   }
 }

@@ -4,6 +4,7 @@ import {el, select, button} from "./dom";
 import {EffortRoom} from "./effort_room";
 import {LabelRoom} from "./label_room";
 import {LoopRoom} from "./loop_room";
+import {MapRoom} from "./map_room";
 import {StageRoom} from "./stage_room";
 import type {Room, Studio} from "./studio";
 import {chooseTheme, theme} from "./theme";
@@ -26,7 +27,8 @@ class Shell implements Studio {
       this.clips = overview.clips;
       this.clip = this.clips[0] ?? null;
       const made: Record<string, () => Room> = {
-        effort: () => new EffortRoom(this), loop: () => new LoopRoom(this), stage: () => new StageRoom(this), label: () => new LabelRoom(this),
+        effort: () => new EffortRoom(this), loop: () => new LoopRoom(this),
+        map: () => new MapRoom(this), stage: () => new StageRoom(this), label: () => new LabelRoom(this),
       };
       this.rooms = overview.rooms.filter(id => id in made).map(id => made[id]());
       this.listen();

@@ -1,0 +1,216 @@
+// The map room: poses under the pointer, motion along a path that is drawn, walks over primitives.
+import {getJson, getMotion, postJson, postMotion, type ClipInfo} from "./api";
+import {button, el} from "./dom";
+import {Fields, type Field} from "./fields";
+import {Latest} from "./latest";
+import type {Motion} from "./motion";
+import {PoseMap, type MapInfo, type Point} from "./pose_map";
+import {Stage, type StagedClip} from "./stage";
+import {staged} from "./stage_room";
+import {StateTools} from "./state_tools";
+import type {Room, Studio} from "./studio";
+import {onTheme} from "./theme";
+
+interface MapPoint {
+  column: number;
+  row: number;
+  /** The pose that it was pinned by. */
+  key: string | null;
+}
+
+/** What the map room is set to; `laban manifold synthesize --state` takes it as a file. */
+interface MapState {
+  schema: string;
+  manifold: string;
+  way: "path" | "walk";
+  points: MapPoint[];
+  frames: number | null;
+  seconds: number;
+  perturb: number;
+  seed: number;
+  travel: "contacts" | "primitives" | "none";
+  foot_fix: boolean;
+}
+
+const point = ([column, row]: Point, key: string | null = null): MapPoint => ({column, row, key});
+
+export class MapRoom implements Room {
+  readonly id = "map";
+  readonly title = "Map";
+  private readonly stage = new Stage();
+  private readonly tools: StateTools<MapState>;
+  private readonly fields: Field<MapState>[];
+  private readonly list = el("ol", {class: "points", "aria-label": "Points of the path"});
+  private readonly told = el("p", {class: "quality", "aria-live": "polite"});
+  private readonly pin = button("Pin this frame", "Puts the clip's present frame on the map, as the path's next point", () => void this.pinFrame());
+  private readonly making = new Latest<MapState>(state => this.studio.attempt(() => this.make(state)));
+  private readonly posing = new Latest<Point>(at => this.pose(at));
+  private map: PoseMap | null = null;
+  private clip: ClipInfo | null = null;
+  private input: StagedClip | null = null;
+  private output: Motion | null = null;
+  private hovering = false;
+
+  constructor(private readonly studio: Studio) {
+    this.tools = new StateTools<MapState>(studio, {
+      schema: "laban.map-room/1",
+      verb: "laban manifold synthesize",
+      changed: state => this.changed(state),
+      exported: {path: "/api/map/export", body: state => ({state})},
+      // The map is the one that is open here, whatever its path was where the state was saved.
+      adopted: (saved, {manifold}) => ({...saved, manifold}),
+    });
+    const fields = new Fields<MapState>((edit, kind) => this.tools.change(edit, kind));
+    this.fields = [
+      fields.choice("Make", [["path", "a motion through the points"], ["walk", "a walk from the first point"]], state => state.way,
+                    (state, value) => state.way = value as MapState["way"]),
+      fields.number<number | null>("Frames", [1, 100000, 1], state => state.frames, (state, value) => state.frames = value, null),
+      fields.number("Seconds of walk", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value),
+      fields.number("Perturb", [0, 10, 0.05], state => state.perturb, (state, value) => state.perturb = value),
+      fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value),
+      fields.choice("Travel", [["contacts", "from feet that stand"], ["primitives", "as captured"], ["none", "none"]], state => state.travel,
+                    (state, value) => state.travel = value as MapState["travel"]),
+      fields.flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
+    ];
+    this.stage.player.onTick(time => this.showRunner(time));
+    onTheme(() => this.map?.drawGround());
+  }
+
+  async enter(host: HTMLElement): Promise<void> {
+    if (this.map === null) await this.openMap();
+    await this.openClip(this.studio.clip);
+    host.append(el("div", {class: "room map-room"},
+      el("div", {class: "left"}, this.stage.root),
+      el("aside", {class: "right"}, this.tools.root, this.map!.root,
+         el("p", {class: "hint"}, "Move over the map for poses; drag to draw a path, or click for its next point; drag numbers to move them."),
+         this.told,
+         el("section", {class: "options", "aria-label": "Motion"}, ...this.fields.map(field => field.root), this.pin,
+            button("Clear", "Keeps the first point alone", () => this.tools.change(state => state.points.length = 1))),
+         this.list)));
+    this.stage.draw();
+  }
+
+  leave(): void {
+    this.stage.player.pause();
+  }
+
+  key(event: KeyboardEvent): boolean {
+    if (this.tools.key(event)) return true;
+    return !event.ctrlKey && !event.metaKey && this.stage.key(event);
+  }
+
+  async open(state: unknown): Promise<boolean> {
+    return this.tools.open(state);
+  }
+
+  private async openMap(): Promise<void> {
+    const told = await getJson<MapInfo & {state: MapState}>("/api/map");
+    this.map = new PoseMap(told, {
+      hovered: at => this.hover(at),
+      drawn: points => this.draw(points),
+      moved: (n, to, done) => {
+        if (done) this.tools.change(state => state.points[n] = point(to));
+      },
+    });
+    this.tools.begin(told.state);
+  }
+
+  private async openClip(clip: ClipInfo | null): Promise<void> {
+    this.pin.disabled = clip === null;
+    if (clip === null || clip.id === this.clip?.id) return;
+    this.clip = clip;
+    this.input = await staged(`clip: ${clip.name}`, clip, await getMotion(`/api/clips/motion?clip=${clip.id}`));
+    this.map!.showClip((await postJson<{points: Point[]}>("/api/map/clip", {clip: clip.id})).points);
+    this.showClips(this.output, "motion");
+  }
+
+  private changed(state: MapState): void {
+    for (const field of this.fields) field.show(state);
+    this.map!.showWaypoints(state.points.map(({column, row}) => [column, row]));
+    this.showList(state);
+    this.making.ask(state);
+  }
+
+  /** A line is a path of its own; a click adds to the one that is there. */
+  private draw(points: Point[]): void {
+    this.tools.change(state => {
+      const walked = state.way === "walk";
+      if (points.length > 1 || !walked) state.way = "path";
+      if (points.length > 1) state.points = points.map(at => point(at));
+      else if (walked) state.points = [point(points[0])];
+      else state.points.push(point(points[0]));
+    });
+  }
+
+  private async pinFrame(): Promise<void> {
+    await this.studio.attempt(async () => {
+      const {motion} = this.input!;
+      const frame = Math.min(Math.round(this.stage.player.time * motion.rate), motion.frames - 1);
+      const placed = await postJson<{point: Point; away_cm: number; key: string}>("/api/map/place", {clip: this.clip!.id, frame});
+      this.tools.change(state => {
+        if (state.way === "walk") state.points = [];
+        state.way = "path";
+        state.points.push(point(placed.point, placed.key));
+      });
+      this.told.textContent = `${placed.key} lies at ${placed.point.map(value => value.toFixed(1)).join(", ")}; ` +
+        `the pose there is ${placed.away_cm.toFixed(1)} cm a joint away.`;
+    });
+  }
+
+  private async make(state: MapState): Promise<void> {
+    const made = await postMotion("/api/map/make", {state});
+    this.output = made;
+    const {header} = made, path = header["path"] as Point[], primitives = header["primitives"] as number[];
+    this.map!.showMotion(path, header["cuts"] as number[]);
+    if (!this.hovering) this.showClips(made, "motion");
+    const jumps = header["jumps"] as number;
+    this.told.textContent = `${made.frames} frames, ${(made.frames / made.rate).toFixed(1)} s.` +
+      (primitives.length === 0 ? ` Points are passed at frames ${(header["passed"] as number[]).join(", ")}.`
+                               : ` Primitives ${primitives.slice(0, 30).join(" ")}${primitives.length > 30 ? " .." : ""}.`) +
+      (jumps === 0 ? "" : ` ${jumps} times nothing was known to follow.`);
+    this.showRunner(this.stage.player.time);
+  }
+
+  private showClips(motion: Motion | null, label: string): void {
+    const made = motion === null ? [] : [{label, motion}];
+    this.stage.setClips(this.input === null ? made : [this.input, ...made]);
+  }
+
+  private hover(at: Point | null): void {
+    if (this.stage.player.playing) return;
+    this.hovering = at !== null;
+    if (at !== null) this.posing.ask(at);
+    else this.showClips(this.output, "motion");
+  }
+
+  private async pose(at: Point): Promise<void> {
+    try {
+      const pose = await postMotion("/api/map/pose", {point: at});
+      if (this.hovering) this.showClips(pose, `pose at ${at.map(value => value.toFixed(1)).join(", ")}, primitive ${String(pose.header["primitive"])}`);
+    } catch (error) {
+      this.studio.tell(error instanceof Error ? error.message : String(error));
+    }
+  }
+
+  private showRunner(time: number): void {
+    const path = this.output?.header["path"] as Point[] | undefined;
+    this.map?.showRunner(path ? path[Math.min(Math.round(time * this.output!.rate), path.length - 1)] : null);
+  }
+
+  private showList(state: MapState): void {
+    const number = (n: number, axis: "column" | "row") => {
+      const input = el("input", {type: "number", step: 0.5, min: 0, "aria-label": `${axis} of point ${n + 1}`});
+      input.value = String(Math.round(100 * state.points[n][axis]) / 100);
+      input.addEventListener("change", () => {
+        const value = Number(input.value);
+        if (input.value !== "" && Number.isFinite(value)) this.tools.change(now => now.points[n] = {...now.points[n], [axis]: Math.max(0, value), key: null});
+      });
+      return input;
+    };
+    this.list.replaceChildren(...state.points.map((at, n) => {
+      const remove = button("Remove", `Remove point ${n + 1}`, () => this.tools.change(now => now.points.splice(n, 1)));
+      remove.disabled = state.points.length === 1;
+      return el("li", {}, number(n, "column"), number(n, "row"), remove, at.key === null ? null : el("span", {class: "legend"}, at.key));
+    }));
+  }
+}

@@ -1,0 +1,200 @@
+// The map of poses: how far its nodes are apart, where captures and a clip lie, and a path that is drawn on it.
+import {el, svg} from "./dom";
+import {theme} from "./theme";
+
+export type Point = [number, number];
+
+export interface MapInfo {
+  name: string;
+  kind: "som" | "pca";
+  columns: number;
+  rows: number;
+  node_distances_m: number[] | null;
+  takes: {points: Point[]; primitives: number[]}[];
+  primitives: {center: Point; stay_s: number | null}[];
+}
+
+export interface MapActs {
+  /** The pointer is over a point, or over none. */
+  hovered: (point: Point | null) => void;
+  /** A path was drawn, or a point set. */
+  drawn: (points: Point[]) => void;
+  /** A waypoint is dragged. */
+  moved: (waypoint: number, point: Point, done: boolean) => void;
+}
+
+const SIZE = 600;
+const EDGE = 12;
+/** A drawn line is kept to this share of the map. */
+const KEEPS_TO = 0.012;
+
+export class PoseMap {
+  readonly root: HTMLElement;
+  private readonly picture: SVGSVGElement;
+  private readonly ground = svg("g");
+  private readonly clip = svg("path", {class: "clip-path"});
+  private readonly motion = svg("path", {class: "motion-path"});
+  private readonly sketch = svg("path", {class: "sketch"});
+  private readonly waypoints = svg("g", {class: "waypoints"});
+  private readonly marker = svg("circle", {class: "runner away", r: 7});
+  private readonly scale: number;
+  private readonly height: number;
+
+  constructor(private readonly map: MapInfo, private readonly acts: MapActs) {
+    const across = Math.max(1, map.columns - 1), up = Math.max(1, map.rows - 1);
+    this.scale = (SIZE - 2 * EDGE) / Math.max(across, up);
+    const width = 2 * EDGE + this.scale * across;
+    this.height = 2 * EDGE + this.scale * up;
+    this.picture = svg("svg", {
+      viewBox: `0 0 ${width} ${this.height}`, role: "img",
+      "aria-label": `Map of poses, ${map.columns} by ${map.rows}, ${map.primitives.length} primitives. The points of the path are listed beside it.`,
+    }, this.ground, this.clip, this.motion, this.sketch, this.waypoints, this.marker);
+    this.root = el("div", {class: "pose-map"}, this.picture);
+    this.drawGround();
+    this.listen();
+  }
+
+  /** Shades and lines again, in the colours of the theme. */
+  drawGround(): void {
+    const {map} = this;
+    const shade = map.node_distances_m === null ? [] : [this.shade(map.node_distances_m)];
+    const takes = map.takes.map(take => svg("path", {class: "take", d: this.path(take.points)}));
+    const centers = map.primitives.map(({center, stay_s}, n) => {
+      const [x, y] = this.at(center);
+      return svg("g", {class: "primitive"}, svg("title", {}, `Primitive ${n}` + (stay_s === null ? "" : `, ${stay_s.toFixed(2)} s at a time`)),
+                 svg("circle", {cx: x, cy: y, r: 9}), svg("text", {x, y: y + 3.5, "text-anchor": "middle"}, String(n)));
+    });
+    this.ground.replaceChildren(...shade, ...takes, ...centers);
+  }
+
+  showClip(points: Point[]): void {
+    this.clip.setAttribute("d", this.path(points));
+  }
+  /** @param cuts  frames at which the path goes on elsewhere. */
+  showMotion(points: Point[], cuts: number[]): void {
+    this.motion.setAttribute("d", this.path(points, new Set(cuts)));
+  }
+  showWaypoints(points: Point[]): void {
+    this.waypoints.replaceChildren(...points.map((point, n) => {
+      const [x, y] = this.at(point);
+      const mark = svg("g", {class: "waypoint"}, svg("circle", {cx: x, cy: y, r: 8}),
+                       svg("text", {x, y: y + 3.5, "text-anchor": "middle"}, String(n + 1)));
+      mark.addEventListener("pointerdown", event => this.drag(event, n));
+      return mark;
+    }));
+  }
+  showRunner(point: Point | null): void {
+    this.marker.classList.toggle("away", point === null);
+    if (point === null) return;
+    const [x, y] = this.at(point);
+    this.marker.style.transform = `translate(${x}px, ${y}px)`;
+  }
+
+  private at([column, row]: Point): Point {
+    return [EDGE + this.scale * column, this.height - EDGE - this.scale * row];
+  }
+  private path(points: Point[], cuts = new Set<number>()): string {
+    return points.map((point, n) => {
+      const [x, y] = this.at(point);
+      return `${n === 0 || cuts.has(n) ? "M" : "L"}${x.toFixed(1)} ${y.toFixed(1)}`;
+    }).join("");
+  }
+
+  /** The U-matrix: what is light lies among poses like it, what is dark apart. */
+  private shade(distances: number[]): SVGElement {
+    const {columns, rows} = this.map;
+    const canvas = el("canvas", {width: columns, height: rows});
+    const context = canvas.getContext("2d")!;
+    const image = context.createImageData(columns, rows);
+    const sorted = [...distances].sort((a, b) => a - b);
+    const [low, high] = [sorted[0], Math.max(sorted[Math.floor(0.98 * (sorted.length - 1))], sorted[0] + 1e-9)];
+    const dark = theme() === "dark";
+    distances.forEach((distance, n) => {
+      const far = Math.max(0, Math.min((distance - low) / (high - low), 1));
+      const grey = dark ? 38 + 110 * far : 250 - 130 * far;
+      const cell = 4 * ((rows - 1 - Math.floor(n / columns)) * columns + n % columns);
+      image.data.set([grey, grey, grey, 255], cell);
+    });
+    context.putImageData(image, 0, 0);
+    const [left, top] = this.at([-0.5, rows - 0.5]);
+    return svg("image", {href: canvas.toDataURL(), x: left, y: top, width: this.scale * columns, height: this.scale * rows,
+                         preserveAspectRatio: "none"});
+  }
+
+  private pointOf(event: PointerEvent): Point {
+    const box = this.picture.getBoundingClientRect();
+    const units = this.height / box.height;
+    const column = ((event.clientX - box.left) * units - EDGE) / this.scale;
+    const row = (this.height - EDGE - (event.clientY - box.top) * units) / this.scale;
+    const within = (value: number, most: number) => Math.round(100 * Math.max(0, Math.min(value, most))) / 100;
+    return [within(column, this.map.columns - 1), within(row, this.map.rows - 1)];
+  }
+
+  private listen(): void {
+    let drawn: Point[] | null = null;
+    this.picture.addEventListener("pointerdown", event => {
+      if (event.defaultPrevented) return;
+      drawn = [this.pointOf(event)];
+      this.picture.setPointerCapture(event.pointerId);
+    });
+    this.picture.addEventListener("pointermove", event => {
+      const point = this.pointOf(event);
+      this.acts.hovered(point);
+      if (drawn === null) return;
+      drawn.push(point);
+      this.sketch.setAttribute("d", this.path(drawn));
+    });
+    this.picture.addEventListener("pointerleave", () => this.acts.hovered(null));
+    this.picture.addEventListener("pointerup", () => {
+      if (drawn !== null) this.acts.drawn(simplified(drawn, KEEPS_TO * Math.max(this.map.columns, this.map.rows)));
+      drawn = null;
+      this.sketch.setAttribute("d", "");
+    });
+  }
+
+  private drag(event: PointerEvent, waypoint: number): void {
+    event.preventDefault();
+    const moving = (next: PointerEvent) => {
+      const point = this.pointOf(next);
+      const [x, y] = this.at(point);
+      const mark = this.waypoints.children[waypoint];
+      mark?.querySelector("circle")?.setAttribute("cx", String(x));
+      mark?.querySelector("circle")?.setAttribute("cy", String(y));
+      this.acts.hovered(point);
+      this.acts.moved(waypoint, point, false);
+    };
+    const up = (last: PointerEvent) => {
+      this.picture.removeEventListener("pointermove", moving);
+      this.acts.moved(waypoint, this.pointOf(last), true);
+    };
+    this.picture.setPointerCapture(event.pointerId);
+    this.picture.addEventListener("pointermove", moving);
+    this.picture.addEventListener("pointerup", up, {once: true});
+  }
+}
+
+/** The fewest points of a line from which it is nowhere farther than `away` [DouglasPeucker73]. */
+export function simplified(points: Point[], away: number): Point[] {
+  if (points.length < 3) return points.length === 2 && distance(points[0], points[1]) < away ? [points[1]] : points;
+  const [first, last] = [points[0], points[points.length - 1]];
+  let farthest = 0, most = -1;
+  points.forEach((point, n) => {
+    const far = distanceToLine(point, first, last);
+    if (far > most) [farthest, most] = [n, far];
+  });
+  if (most <= away) return distance(first, last) < away ? [last] : [first, last];
+  return [...simplified(points.slice(0, farthest + 1), away).slice(0, -1), points[farthest],
+          ...simplified(points.slice(farthest), away).slice(1)];
+}
+
+function distance(a: Point, b: Point): number {
+  return Math.hypot(a[0] - b[0], a[1] - b[1]);
+}
+
+function distanceToLine(point: Point, from: Point, to: Point): number {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const length = dx * dx + dy * dy;
+  if (length === 0) return distance(point, from);
+  const share = Math.max(0, Math.min(((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / length, 1));
+  return distance(point, [from[0] + share * dx, from[1] + share * dy]);
+}
