@@ -20,6 +20,9 @@ constexpr double kTemper = 0.05;
 /// Before the labels are seen, nothing to learn is as likely as something.
 constexpr double kPriorOfNothing = 0.5;
 
+/// Summands of the covariance k; before the labels are seen, one is as likely as the other.
+constexpr std::array kConstants = {0.0, 1.0};
+
 std::vector<std::vector<int>> samples_of_folds(std::span<const int> folds) {
   std::map<int, std::vector<int>> lists;
   for (std::size_t n = 0; n < folds.size(); ++n) lists[folds[n]].push_back(static_cast<int>(n));
@@ -45,7 +48,9 @@ ProcessGrid::ProcessGrid(const Eigen::MatrixXd& samples,
   const double size = std::sqrt(bulge.squaredNorm() / static_cast<double>(N));
   if (size > 0.0) bulge_unit_ = 1.0 / size;
   bulge *= bulge_unit_;
-  const auto spectrum = [&](const Eigen::MatrixXd& kernel, const Eigen::VectorXd& form) {
+  const auto spectrum = [&](const Eigen::MatrixXd& gaussian, double constant,
+                            const Eigen::VectorXd& form) {
+    const Eigen::MatrixXd kernel = gaussian.array() + constant;
     const Eigen::VectorXd scale = form.cwiseProduct(root_weights_);
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * kernel *
                                                                 scale.asDiagonal());
@@ -53,13 +58,15 @@ ProcessGrid::ProcessGrid(const Eigen::MatrixXd& samples,
       throw base::Error(base::ErrorKind::kNumeric,
                         "style regressor: eigenvalues of a kernel did not converge");
     }
-    return Spectrum{form, solver.eigenvectors(), solver.eigenvalues().cwiseMax(0.0)};
+    return Spectrum{constant, form, solver.eigenvectors(), solver.eigenvalues().cwiseMax(0.0)};
   };
   for (const double relative : relative_widths) {
     const Eigen::MatrixXd both = learn::gaussian_kernel(squared, relative * median);
-    const Eigen::MatrixXd kernel = (0.5 * (both.leftCols(N) + both.rightCols(N))).array() + 1.0;
-    widths_.push_back(
-        {relative, {spectrum(kernel, Eigen::VectorXd::Ones(N)), spectrum(kernel, bulge)}});
+    const Eigen::MatrixXd gaussian = 0.5 * (both.leftCols(N) + both.rightCols(N));
+    const auto spectra = [&](const Eigen::VectorXd& form) -> std::array<Spectrum, 2> {
+      return {spectrum(gaussian, kConstants[0], form), spectrum(gaussian, kConstants[1], form)};
+    };
+    widths_.push_back({relative, {spectra(Eigen::VectorXd::Ones(N)), spectra(bulge)}});
   }
 }
 
@@ -68,7 +75,8 @@ ProcessGrid::Share ProcessGrid::share(const Spectrum& spectrum,
   // Signal variance at its value of greatest likelihood, log p = -N/2 log(y' C^-1 y / N)
   // - 1/2 log |C| with C = K + ratio I; of nothing at all C = I. Constants cancel.
   const double count = static_cast<double>(whitened.size());
-  const double prior = (1.0 - kPriorOfNothing) / static_cast<double>(noise_ratios_.size());
+  const double prior =
+      (1.0 - kPriorOfNothing) / static_cast<double>(kConstants.size() * noise_ratios_.size());
   const Eigen::ArrayXd squares =
       (spectrum.vectors.transpose() * whitened).array().square() / whitened.squaredNorm();
   Share result;
@@ -87,9 +95,10 @@ ProcessGrid::Share ProcessGrid::share(const Spectrum& spectrum,
 }
 
 void ProcessGrid::add(const Spectrum& spectrum, const Share& share, double norm,
-                      const Eigen::VectorXd& whitened, Eigen::VectorXd& coefficients,
-                      Eigen::VectorXd& held_out) const {
+                      const Eigen::VectorXd& whitened, AveragedProcess& result) const {
+  const Eigen::Index N = whitened.size();
   const Eigen::VectorXd turned = spectrum.vectors.transpose() * whitened;
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(N);
   for (std::size_t k = 0; k < noise_ratios_.size(); ++k) {
     const double part = share.summands[k] / norm;
     const Eigen::VectorXd inverse = (spectrum.values.array() + noise_ratios_[k]).inverse();
@@ -100,40 +109,49 @@ void ProcessGrid::add(const Spectrum& spectrum, const Share& share, double norm,
       const Eigen::MatrixXd V = spectrum.vectors(S, Eigen::all);
       const Eigen::MatrixXd G_SS = V * inverse.asDiagonal() * V.transpose();
       const Eigen::VectorXd residual = G_SS.llt().solve(Gy(S));
-      held_out(S) += part * residual.cwiseQuotient(root_weights_(S));
+      result.held_out(S) += part * residual.cwiseQuotient(root_weights_(S));
     }
   }
+  result.offset += spectrum.constant * coefficients.sum();
+  result.coefficients.head(N) += 0.5 * coefficients;
+  result.coefficients.tail(N) += 0.5 * coefficients;
 }
 
 AveragedProcess ProcessGrid::average(const Eigen::VectorXd& targets, ProcessForm form) const {
-  const Eigen::Index N = targets.size();
   AveragedProcess result;
-  result.coefficients = Eigen::VectorXd::Zero(2 * N);
+  result.coefficients = Eigen::VectorXd::Zero(2 * targets.size());
   result.held_out = targets;
   const Eigen::VectorXd whitened = targets.cwiseProduct(root_weights_);
   if (widths_.empty() || !(whitened.squaredNorm() > 0.0)) return result;
 
-  const auto spectrum_of = [form](const Width& width) -> const Spectrum& {
+  const auto spectra_of = [form](const Width& width) -> const std::array<Spectrum, 2>& {
     return width.spectra[static_cast<std::size_t>(form)];
   };
   const Width* chosen = nullptr;
-  Share most;
+  std::array<Share, 2> most;
+  double total = 0.0;
   for (const Width& width : widths_) {
-    Share found = share(spectrum_of(width), whitened);
-    if (chosen != nullptr && !(found.total > most.total)) continue;
+    const auto& [without, with] = spectra_of(width);
+    std::array<Share, 2> found = {share(without, whitened), share(with, whitened)};
+    const double sum = found[0].total + found[1].total;
+    if (chosen != nullptr && !(sum > total)) continue;
     chosen = &width;
     most = std::move(found);
+    total = sum;
   }
-  const double norm = kPriorOfNothing + most.total;
-  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(N);
+  const double norm = kPriorOfNothing + total;
   result.held_out *= kPriorOfNothing / norm;
-  add(spectrum_of(*chosen), most, norm, whitened, coefficients, result.held_out);
-  if (form == ProcessForm::kBulge) coefficients *= bulge_unit_;
+  for (std::size_t n = 0; n < most.size(); ++n) {
+    add(spectra_of(*chosen)[n], most[n], norm, whitened, result);
+  }
+  if (form == ProcessForm::kBulge) {
+    result.coefficients *= bulge_unit_;
+    result.offset *= bulge_unit_;
+  }
+  const Share& likeliest = most[most[1].best > most[0].best ? 1 : 0];
   result.relative_width = chosen->relative;
   result.width = chosen->relative * median_;
-  result.loss_weight = 1.0 / most.noise_ratio;
-  result.offset = coefficients.sum();
-  result.coefficients << 0.5 * coefficients, 0.5 * coefficients;
+  result.loss_weight = 1.0 / likeliest.noise_ratio;
   return result;
 }
 

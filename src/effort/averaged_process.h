@@ -29,8 +29,9 @@ struct AveragedProcess {
 }
 
 /// Gaussian processes of several widths and noise levels on one training set, and their average.
-/// Each has the covariance 1 + k (a constant and a Gaussian of equal size; k of both orders) times
-/// its form, and white noise.
+/// Each has the covariance k or 1 + k (a Gaussian of both orders, alone or with a constant of equal
+/// size) times its form, and white noise: what is far from all samples, as blends of a performer
+/// never seen may be, is worth 0 in the first and what the samples have in common in the second.
 class ProcessGrid {
  public:
   /// @param samples   D x 2 N scaled features: the blends, then the same told from the other end.
@@ -40,22 +41,24 @@ class ProcessGrid {
               const Eigen::VectorXd& weights, std::span<const int> folds, double median,
               const std::vector<double>& relative_widths, const std::vector<double>& noise_ratios);
 
-  /// The average of all processes of one width and of "nothing at all", each by its tempered
-  /// evidence; the width is the one of most evidence. `targets` are not centred.
+  /// The average of all processes of one width, with and without a constant, and of "nothing at
+  /// all", each by its tempered evidence; the width is the one of most evidence. `targets` are not
+  /// centred.
   [[nodiscard]] AveragedProcess average(const Eigen::VectorXd& targets, ProcessForm form) const;
 
  private:
   /// Eigenvectors and values of W^1/2 A K A W^1/2, with A the form's values at the samples.
   struct Spectrum {
-    Eigen::VectorXd form;  // A
+    double constant = 0.0;  // summand of K: 0 or 1
+    Eigen::VectorXd form;   // A
     Eigen::MatrixXd vectors;
     Eigen::VectorXd values;
   };
   struct Width {
     double relative = 0.0;
-    std::array<Spectrum, 2> spectra;  // by ProcessForm
+    std::array<std::array<Spectrum, 2>, 2> spectra;  // by ProcessForm and constant
   };
-  /// What the processes of one width make of the targets, relative to nothing at all.
+  /// What the processes of one spectrum make of the targets, relative to nothing at all.
   struct Share {
     double total = 0.0;            // sum of tempered evidence times prior
     double best = 0.0;             // greatest summand
@@ -64,8 +67,7 @@ class ProcessGrid {
   };
   Share share(const Spectrum& spectrum, const Eigen::VectorXd& whitened) const;
   void add(const Spectrum& spectrum, const Share& share, double norm,
-           const Eigen::VectorXd& whitened, Eigen::VectorXd& coefficients,
-           Eigen::VectorXd& held_out) const;
+           const Eigen::VectorXd& whitened, AveragedProcess& result) const;
 
   Eigen::VectorXd root_weights_;         // N
   std::vector<std::vector<int>> folds_;  // samples of each

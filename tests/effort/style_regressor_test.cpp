@@ -424,7 +424,7 @@ TEST(StyleRegressor, DefaultIsTheAverageOfProcessesByTheirTemperedEvidence) {
   const int N = 40;
   const Eigen::MatrixXd k =
       learn::gaussian_kernel(learn::squared_distances(x.leftCols(N), x), state.fits[0].width);
-  const Eigen::MatrixXd K = (0.5 * (k.leftCols(N) + k.rightCols(N))).array() + 1.0;
+  const Eigen::ArrayXXd K = 0.5 * (k.leftCols(N) + k.rightCols(N));
   const Eigen::ArrayXd alpha = samples.features.row(12).transpose();
   Eigen::ArrayXd b = alpha * (1.0 - alpha);
   const double unit = 1.0 / std::sqrt(b.square().mean());
@@ -443,13 +443,22 @@ TEST(StyleRegressor, DefaultIsTheAverageOfProcessesByTheirTemperedEvidence) {
       return std::exp(
           0.05 * (-20.0 * std::log(r.matrix().dot(solved) / N) - 0.5 * std::log(C.determinant())));
     };
-    Eigen::MatrixXd bulge = b.matrix().asDiagonal() * K * b.matrix().asDiagonal();
-    bulge.diagonal().array() += noise;
+    const auto covariance = [&](double constant) -> Eigen::MatrixXd {
+      Eigen::MatrixXd C =
+          b.matrix().asDiagonal() * (K + constant).matrix() * b.matrix().asDiagonal();
+      C.diagonal().array() += noise;
+      return C;
+    };
+    const Eigen::MatrixXd local = covariance(0.0), common = covariance(1.0);
     const Eigen::MatrixXd nothing = (1.0 / samples.weights.array()).matrix().asDiagonal();
-    const double share = evidence(bulge) / (evidence(nothing) + evidence(bulge));
-    const Eigen::VectorXd a = share * unit * b.matrix().cwiseProduct(bulge.llt().solve(r.matrix()));
+    const double sum = 2.0 * evidence(nothing) + evidence(local) + evidence(common);
+    const auto coefficients = [&](const Eigen::MatrixXd& C) -> Eigen::VectorXd {
+      return evidence(C) / sum * unit * b.matrix().cwiseProduct(C.llt().solve(r.matrix()));
+    };
+    const Eigen::VectorXd everywhere = coefficients(common);
+    const Eigen::VectorXd a = coefficients(local) + everywhere;
     EXPECT_LT((state.bulge.row(f).tail(N).transpose() - 0.5 * a).norm(), 1e-9);
-    EXPECT_NEAR(state.bulge_offset[f], a.sum(), 1e-9);
+    EXPECT_NEAR(state.bulge_offset[f], everywhere.sum(), 1e-9);
     EXPECT_TRUE(state.coefficients.row(f).isZero(0.0));
   }
 }

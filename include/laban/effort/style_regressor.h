@@ -258,8 +258,9 @@ class StyleRegressor {
 /// small and has heavy tails. It does not depend on the order of a blend, whatever `symmetric`
 /// says; content, efforts and alpha count alike in its distances; what interpolation misses is cut
 /// to 2.5 of its robust standard deviations before it is learnt from; kernel ridges of every ridge
-/// of a grid are averaged, each with the whole grid's worth of "nothing at all", by their tempered
-/// Gaussian process evidence; all are in proportion to alpha (1 - alpha), for a blend at alpha = 0
+/// of a grid are averaged, with and without a part common to all blends, each with the whole grid's
+/// worth of "nothing at all", by their tempered Gaussian process evidence (only the common part is
+/// left far from all blends); all are in proportion to alpha (1 - alpha), for a blend at alpha = 0
 /// or 1 is its seed; predictions are cut to [-3, 3]. Where the same average of kernel ridges on the
 /// labels themselves is surely better (by more than two standard errors of the paired held-out
 /// differences) interpolation misleads, and it is that: StyleRegressorState::interpolation tells.
