@@ -208,6 +208,28 @@ void move_foot(const ModelPose& pose, const Skeleton& skeleton, const LegJoints&
         local);
 }
 
+void reach_for(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& joints,
+               const Vector3d& target, std::span<Quaterniond> local) {
+  const Leg limb = leg_of(pose, joints);
+  const double upper = limb.thigh.norm();
+  const double lower = limb.shin.norm();
+  const Vector3d way = target - pose.positions.col(joints.thigh);
+  if (upper < 1e-9 || lower < 1e-9 || way.norm() < 1e-9) return;
+  const Vector3d normal = limb.thigh.cross(limb.shin);
+  const double sine = normal.norm() / (upper * lower);
+  const Vector3d side = side_of(limb, pose, joints);
+  const Vector3d axis = sine > kStraightSine || side.isZero(0.0)
+                            ? Vector3d(normal / std::max(normal.norm(), 1e-300))
+                            : side;
+  const double bend = std::atan2(axis.dot(normal), limb.thigh.dot(limb.shin));
+  const double length = std::clamp(way.norm(), limb.length_at(kMostBent), upper + lower);
+  const double cosine = (length * length - upper * upper - lower * lower) / (2.0 * upper * lower);
+  const Quaterniond elbow(AngleAxisd(std::acos(std::clamp(cosine, -1.0, 1.0)) - bend, axis));
+  const Quaterniond shoulder = Quaterniond::FromTwoVectors(limb.thigh + elbow * limb.shin, way);
+  write({shoulder, elbow, pose.rotations[static_cast<std::size_t>(joints.foot)]}, pose, skeleton,
+        joints, local);
+}
+
 double knee_bend(const ModelPose& pose, const LegJoints& joints) {
   const Leg leg = leg_of(pose, joints);
   if (leg.thigh.norm() < 1e-9 || leg.shin.norm() < 1e-9) return 0.0;

@@ -46,6 +46,12 @@ inline constexpr double kStraightestKnee = 4.0 * math::kDegree;
 void move_foot(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& leg,
                const Eigen::Vector3d& move, std::span<Eigen::Quaterniond> local);
 
+/// Brings the end of a limb, an arm as well as a leg, to `target` (model space, metres), as near as
+/// its bones let it: writes the local rotations of its three joints, the end keeping its
+/// orientation. It bends about the normal of its plane, where it is straight about its hinge.
+void reach_for(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& limb,
+               const Eigen::Vector3d& target, std::span<Eigen::Quaterniond> local);
+
 /// Bends a knee that the wrong way is bent, as blends beyond their sources bend it, to straight,
 /// and what is nearly straight a little: bend(-4 degrees) = 0, bend(4 degrees) = 4 degrees,
 /// smoothly. The foot stays in its direction from the hip and keeps its orientation. Writes the
