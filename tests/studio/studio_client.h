@@ -13,7 +13,7 @@ inline const std::string kTake = LABAN_SOURCE_DIR "/data/take.bvh";
 
 /// The embedded model and one take, opened once.
 inline Studio& studio() {
-  static Studio opened({{kTake}, LABAN_DEFAULT_MODEL, {}, {}, {}}, "<p id=\"{{nonce}}\">", {});
+  static Studio opened({{kTake}, LABAN_DEFAULT_MODEL, {}, {}, {}, {}}, "<p id=\"{{nonce}}\">", {});
   return opened;
 }
 

@@ -11,9 +11,11 @@
 #include "laban/texture/choreography.h"
 #include "laban/texture/texture_motion.h"
 
+#include "state_reader.h"
 #include "stream.h"
 #include "texture.h"
 #include "texture_play.h"
+#include "texture_state.h"
 
 namespace laban::cli {
 namespace {
@@ -36,11 +38,8 @@ struct TextureSynthesizeVerb {
   AskedLength length;
   bool stream = false;
   bool no_foot_fix = false;
-};
-
-struct MadeTexture {
-  motion::Clip clip;
-  std::vector<texture::TextonPart> parts;
+  std::string state;
+  std::optional<TextureChoices> set;  ///< of the state
 };
 
 texture::TextureMotionOptions resolved(const TextureSynthesizeVerb& verb) {
@@ -50,38 +49,31 @@ texture::TextureMotionOptions resolved(const TextureSynthesizeVerb& verb) {
   return options;
 }
 
-MadeTexture play(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
-                 const std::vector<texture::PlannedTexton>& path, const texture::PathEnds& ends,
-                 const motion::PlanarPose& start) {
-  texture::PathMotion motion = texture::synthesize_path(texture, path, ends, resolved(verb));
-  texture::PlayOptions playing{.hold_feet = !verb.no_foot_fix, .start = start};
-  if (ends.from) playing.kept_frames = {0, static_cast<int>(motion.observations.cols()) - 1};
-  return {texture::play_observations(texture, motion.observations, playing),
-          std::move(motion.parts)};
-}
-
 MadeTexture make_choreography(const TextureSynthesizeVerb& verb,
                               const texture::MotionTexture& texture, PoseReader& poses) {
   const texture::PathEnds ends{poses.pair("--from", verb.from, 1), poses.pair("--to", verb.to, -1)};
   const texture::Choreography plan = texture::plan_choreography(
       texture, *ends.from, *ends.to, *verb.length.resolved(texture.frame_rate_hz));
-  return play(verb, texture, plan.path, ends, poses.place("--from", verb.from));
+  TextureChoices choices{{}, resolved(verb)};
+  for (const texture::PlannedTexton& planned : plan.path) choices.path.push_back({planned, {}});
+  return make_texture(texture, choices, ends, poses.place("--from", verb.from));
 }
 
 MadeTexture make_path(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
-  std::vector<texture::PlannedTexton> path;
-  for (const int texton : verb.path) path.push_back({texton, std::nullopt});
-  return play(verb, texture, path, {}, {});
+  TextureChoices choices{{}, resolved(verb)};
+  for (const int texton : verb.path) choices.path.push_back({{texton, std::nullopt}, {}});
+  return make_texture(texture, choices);
 }
 
 MadeTexture make_walk(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
   texture::TextureMotion motion(texture, resolved(verb));
   texture::TextureClip made = motion.next(*verb.length.resolved(texture.frame_rate_hz));
-  return {std::move(made.clip), std::move(made.parts)};
+  return {std::move(made.clip), std::move(made.parts), {}};
 }
 
 MadeTexture make(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
                  PoseReader& poses) {
+  if (verb.set) return make_texture(texture, *verb.set);
   if (!verb.from.empty()) return make_choreography(verb, texture, poses);
   return verb.path.empty() ? make_walk(verb, texture) : make_path(verb, texture);
 }
@@ -107,7 +99,7 @@ void check_choices(const TextureSynthesizeVerb& verb) {
     if (!verb.path.empty() || !verb.from.empty()) usage("--stream is for a random walk");
     check_stream(verb.output, verb.writing, !verb.report.empty() || !verb.picture.empty(),
                  verb.common);
-  } else if (verb.path.empty() && !verb.length) {
+  } else if (verb.path.empty() && !verb.length && !verb.set) {
     usage("say how long: --frames N, --seconds S or --stream");
   }
 }
@@ -159,7 +151,30 @@ void warn_of_jumps(const TextureSynthesizeVerb& verb, const MadeTexture& made) {
                                 jumps, jumps == 1 ? "" : "s"));
 }
 
-void run(const TextureSynthesizeVerb& verb) {
+/// What the studio's texture room was set to; TEXTURE stands above its own.
+void take_state(TextureSynthesizeVerb& verb) {
+  TextureState state = parse_texture_state(read_bytes(verb.state), verb.state);
+  if (verb.input.empty()) verb.input = std::move(state.texture);
+  verb.set = std::move(state.choices);
+  verb.options = verb.set->options;
+  verb.common.seed = verb.options.seed;
+  verb.no_foot_fix = !verb.options.hold_feet;
+  for (const TextonBlock& block : verb.set->path) verb.path.push_back(block.planned.texton);
+}
+
+void warn_of_pins(const TextureSynthesizeVerb& verb, const MadeTexture& made) {
+  for (const PinnedTexton& pinned : made.pinned) {
+    if (std::max(pinned.state_deviations, pinned.residual_deviations) <= 3.0) continue;
+    warn(verb.common,
+         fmt::format("texton {} of the path: the pins lie {:.1f} deviations from what it does, "
+                     "{:.1f} from what it can show: beyond 3 it is spoilt",
+                     pinned.part, pinned.state_deviations, pinned.residual_deviations));
+  }
+}
+
+void run(TextureSynthesizeVerb& verb) {
+  if (!verb.state.empty()) take_state(verb);
+  if (verb.input.empty()) throw CLI::RequiredError("TEXTURE");
   check_choices(verb);
   InputRecord record;
   if (verb.stream) return stream(verb, read_texture_file(verb.input, record));
@@ -170,6 +185,7 @@ void run(const TextureSynthesizeVerb& verb) {
   PoseReader poses(texture, verb.reading, verb.common);
   const MadeTexture made = make(verb, texture, poses);
   warn_of_jumps(verb, made);
+  warn_of_pins(verb, made);
   write_clip(verb.output, made.clip, verb.common, {}, verb.writing);
   if (!verb.picture.empty()) write_picture(verb, texture, made);
   std::vector<InputRecord> records{record};
@@ -195,9 +211,12 @@ void add_texture_synthesize(CLI::App* texture) {
                "laban texture synthesize dance.texture --seconds 60 --seed 1 -o new.bvh\n"
                "  laban texture synthesize dance.texture --from clip.bvh:0 --to clip.bvh:900 "
                "--frames 320 -o choreo.bvh");
-  sub->add_option("TEXTURE", verb->input, "texture file (.texture)")->required();
+  sub->add_option("TEXTURE", verb->input, "texture file (.texture)");
   sub->add_option("-o,--output", verb->output, "clip to write (.bvh or .glb), '-' for stdout")
       ->required();
+  sub->add_option("--report", verb->report, "JSON report to write");
+  sub->add_option("--picture", verb->picture, "contact sheet to write (.png or .svg)");
+  const std::vector<CLI::Option*> others = sub->get_options();
   add_length_options(sub, verb->length);
   sub->add_flag("--stream", verb->stream,
                 "BVH to stdout as it is made, in constant memory; without --frames or --seconds "
@@ -216,11 +235,11 @@ void add_texture_synthesize(CLI::App* texture) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   sub->add_flag("--no-foot-fix", verb->no_foot_fix, "leave feet as they come");
-  sub->add_option("--report", verb->report, "JSON report to write");
-  sub->add_option("--picture", verb->picture, "contact sheet to write (.png or .svg)");
   add_read_options(sub, verb->reading);
+  add_state_option(sub, verb->state, "texture room", others);
   add_write_options(sub, verb->writing);
   add_common(sub, verb->common, {.writes = true, .seed = true});
+  sub->get_option("--state")->excludes(sub->get_option("--seed"));
   sub->callback([verb] { run(*verb); });
 }
 

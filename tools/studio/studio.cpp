@@ -17,6 +17,10 @@ Studio::Studio(const StudioOptions& options, std::string page, const cli::Common
     routes_.merge(label_->routes());
   } else {
     routes_.merge(loop_.routes());
+    if (!options.texture.empty()) {
+      texture_.emplace(stage_, options.texture);
+      routes_.merge(texture_->routes());
+    }
     if (!options.manifold.empty()) {
       map_.emplace(stage_, options.manifold);
       routes_.merge(map_->routes());
@@ -51,6 +55,7 @@ Response Studio::page() const {
 Json Studio::overview() const {
   Json rooms = Json::array();
   if (label_) rooms.push_back("label");
+  if (texture_) rooms.push_back("texture");
   if (map_) rooms.push_back("map");
   if (!label_) rooms.insert(rooms.end(), {"effort", "loop", "stage"});
   return {{"version", base::version()}, {"rooms", rooms}, {"clips", stage_.clips_json()}};

@@ -10,6 +10,7 @@
 #include "loop_room.h"
 #include "map_room.h"
 #include "stage.h"
+#include "texture_room.h"
 #include "work.h"
 
 namespace laban::studio {
@@ -18,6 +19,7 @@ namespace laban::studio {
 struct StudioOptions {
   std::vector<std::string> clips;
   std::string model;     ///< path; empty: the default model
+  std::string texture;   ///< path; empty: none
   std::string manifold;  ///< path; empty: none
   cli::ReadClipOptions reading;
   LabellingOptions labelling;
@@ -47,6 +49,7 @@ class Studio {
   Stage stage_;
   LoopRoom loop_;
   std::optional<EffortRoom> effort_;
+  std::optional<TextureRoom> texture_;
   std::optional<MapRoom> map_;
   std::optional<LabelRoom> label_;
   Routes routes_;

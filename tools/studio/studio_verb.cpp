@@ -75,6 +75,7 @@ void add_studio(CLI::App& app) {
                            "laban studio walk.bvh --model bandai.laban");
   sub->add_option("INPUT", verb->studio.clips, "clips to open; more can be dropped on the page");
   sub->add_option("--model", verb->studio.model, "style model (default: the embedded corpus's)");
+  sub->add_option("--texture", verb->studio.texture, "motion texture (.texture): opens its room");
   sub->add_option("--manifold", verb->studio.manifold, "map of poses (.manifold): opens its room");
   const std::string group = "Labelling";
   sub->add_option("--label", verb->studio.labelling.table,

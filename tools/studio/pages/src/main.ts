@@ -7,6 +7,7 @@ import {LoopRoom} from "./loop_room";
 import {MapRoom} from "./map_room";
 import {StageRoom} from "./stage_room";
 import type {Room, Studio} from "./studio";
+import {TextureRoom} from "./texture_room";
 import {chooseTheme, theme} from "./theme";
 import {WorkBar} from "./work_bar";
 
@@ -28,7 +29,7 @@ class Shell implements Studio {
       this.clip = this.clips[0] ?? null;
       const made: Record<string, () => Room> = {
         effort: () => new EffortRoom(this), loop: () => new LoopRoom(this),
-        map: () => new MapRoom(this), stage: () => new StageRoom(this), label: () => new LabelRoom(this),
+        texture: () => new TextureRoom(this), map: () => new MapRoom(this), stage: () => new StageRoom(this), label: () => new LabelRoom(this),
       };
       this.rooms = overview.rooms.filter(id => id in made).map(id => made[id]());
       this.listen();
@@ -76,7 +77,7 @@ class Shell implements Studio {
     });
     const other = theme() === "dark" ? "light" : "dark";
     this.head.replaceChildren(el("h1", {}, "laban"), el("nav", {"aria-label": "Rooms"}, ...tabs),
-      ...(this.room?.id === "label" ? [] : [clips.root]),
+      ...(this.clips.length === 0 ? [] : [clips.root]),
       el("span", {class: "spacer"}),
       button(other === "dark" ? "Dark" : "Light", `Show the pages ${other}`, () => {
         chooseTheme(other);

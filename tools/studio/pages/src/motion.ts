@@ -60,6 +60,21 @@ export function duration(motion: Motion): number {
   return (motion.frames - 1) / motion.rate;
 }
 
+/** Two motions of one body, one after the other. */
+export function joined(a: Motion, b: Motion): Motion {
+  const floats = (x: Float32Array, y: Float32Array) => {
+    const both = new Float32Array(x.length + y.length);
+    both.set(x);
+    both.set(y, x.length);
+    return both;
+  };
+  const contacts = a.contacts && b.contacts ? new Uint8Array([...a.contacts, ...b.contacts]) : null;
+  return {
+    ...a, frames: a.frames + b.frames, root: floats(a.root, b.root), rotations: floats(a.rotations, b.rotations),
+    translations: a.translations && b.translations && floats(a.translations, b.translations), contacts, sourceFrames: null,
+  };
+}
+
 /** Positions and model-space rotations of all joints at one moment. */
 export class Pose {
   readonly positions: Float32Array;
@@ -94,6 +109,12 @@ export class Pose {
       this.place(j, parent, q, offset);
     }
     return this;
+  }
+
+  /** Where a place of the model is in a joint's space. */
+  local(joint: number, place: readonly number[]): [number, number, number] {
+    const [x, y, z, w] = this.rotations.subarray(4 * joint, 4 * joint + 4);
+    return rotate(new Float32Array([-x, -y, -z, w]), 0, place.map((value, k) => value - this.positions[3 * joint + k]));
   }
 
   /** Where a point of a joint's space is. */

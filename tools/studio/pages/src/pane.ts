@@ -129,6 +129,8 @@ export class Pane {
   private readonly leg: number;
   private readonly height: number;
   private readonly reach: number;
+  /** Of the last body, as drawn last. */
+  private pose: Pose | null = null;
 
   constructor(readonly actors: Actor[], options: PaneOptions) {
     const last = actors[actors.length - 1].motion;
@@ -154,6 +156,7 @@ export class Pane {
   show(time: number, view: View, aspect: number): void {
     let pose: Pose | null = null;
     for (const body of this.bodies) pose = body.show(time);
+    this.pose = pose;
     const floor = this.actors[this.actors.length - 1].motion.floor;
     const root = pose!.positions;
     this.target.set(view.follow ? root[0] : this.middle.x, floor + 0.48 * this.height, view.follow ? root[2] : this.middle.z);
@@ -169,6 +172,12 @@ export class Pane {
     this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
     this.grid.position.set(Math.round(2 * this.target.x) / 2, floor - 0.025 * this.leg, Math.round(2 * this.target.z) / 2);
+  }
+
+  /** Where the joint of a standard part of the last body is; null: it has none. */
+  joint(part: string): THREE.Vector3 | null {
+    const joint = this.pose?.motion.joints.findIndex(one => one.part === part) ?? -1;
+    return joint < 0 ? null : new THREE.Vector3().fromArray(this.pose!.positions, 3 * joint);
   }
 
   dispose(): void {

@@ -4,6 +4,7 @@ import {button, checkbox, el, select} from "./dom";
 import {type Character} from "./character";
 import {duration, type Motion} from "./motion";
 import {Pane, type Actor, type PaneOptions, type View} from "./pane";
+import {JointHandles, type JointHandlesUse} from "./joint_handles";
 import {Player} from "./player";
 import {ink, onTheme} from "./theme";
 
@@ -78,7 +79,11 @@ export class Stage {
   private told = 0;
   private readonly playButton = button("Play", "Play or pause (space)", () => this.player.toggle());
 
-  constructor() {
+  private readonly handles: JointHandles | null;
+
+  /** @param handles  joints that can be dragged while nothing plays. */
+  constructor(handles?: JointHandlesUse) {
+    this.handles = handles ? new JointHandles(handles) : null;
     // Smooth edges and fine pixels are for graphics cards; in software they cost most of the frames. So
     // does a canvas that may be seen through.
     const context = this.canvas.getContext("webgl2", {alpha: false, antialias: !software, powerPreference: "high-performance"});
@@ -86,7 +91,7 @@ export class Stage {
     this.renderer = new THREE.WebGLRenderer({canvas: this.canvas, context});
     this.renderer.setScissorTest(true);
     this.root = el("section", {class: "stage", "aria-label": "Stage"},
-                   el("div", {class: "screen"}, this.canvas, this.captions), this.controls());
+                   el("div", {class: "screen"}, this.canvas, this.captions, this.handles?.root ?? ""), this.controls());
     this.player.onTick(() => {
       this.draw();
       // Text that changes is laid out and painted: ten times a second are enough to be read.
@@ -96,6 +101,7 @@ export class Stage {
       this.showTime();
     });
     this.player.onPlay(playing => {
+      this.draw();
       this.playButton.textContent = playing ? "Pause" : "Play";
       this.showTime();
     });
@@ -198,6 +204,7 @@ export class Stage {
       this.renderer.render(pane.scene, pane.camera);
     });
     for (const pane of this.retired.splice(0)) pane.dispose();
+    this.handles?.place(this.panes[this.panes.length - 1], (this.panes.length - 1) * each, each, height, this.player.playing);
     // What shows a moment's figures may wait for its pose.
     this.canvas.dispatchEvent(new Event("drawn"));
   }

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <vector>
+
+#include "laban/motion/standard_joint.h"
+#include "laban/texture/motion_texture.h"
+#include "laban/texture/texture_motion.h"
+
+namespace laban::cli {
+
+/// Where a hand or foot is to be in a frame.
+struct JointPin {
+  int frame = 0;  ///< of its texton
+  motion::StandardJoint joint = motion::StandardJoint::kLeftHand;
+  /// Metres, from the hips joint and in its axes: right wherever the path leads.
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+};
+
+/// A texton of a path, with what of it is pinned.
+struct TextonBlock {
+  texture::PlannedTexton planned;
+  std::vector<JointPin> pins;
+};
+
+/// What is to be made of a texture: one texton after the other.
+struct TextureChoices {
+  std::vector<TextonBlock> path;
+  texture::TextureMotionOptions options;
+};
+
+/// How far pins bend a texton (texture::EditedTexton).
+struct PinnedTexton {
+  int part = 0;
+  double state_deviations = 0.0;
+  double residual_deviations = 0.0;
+};
+
+struct MadeTexture {
+  motion::Clip clip;
+  std::vector<texture::TextonPart> parts;
+  std::vector<PinnedTexton> pinned;
+};
+
+/// The path between given ends, pinned frames reached for by two-bone IK and the textons solved
+/// anew through them ([Li02, 5.2]), begun at `start`.
+/// @throws Error{kUsage} as texture::synthesize_path, and for a pin beyond its texton or where two
+///         textons meet.
+[[nodiscard]] MadeTexture make_texture(const texture::MotionTexture& texture,
+                                       const TextureChoices& choices,
+                                       const texture::PathEnds& ends = {},
+                                       const motion::PlanarPose& start = {});
+
+}  // namespace laban::cli

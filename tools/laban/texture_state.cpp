@@ -1,0 +1,104 @@
+#include "texture_state.h"
+
+#include <algorithm>
+
+#include "laban/motion/reach.h"
+
+#include "state_reader.h"
+
+namespace laban::cli {
+namespace {
+
+constexpr const char* kSchema = "laban.texture-room/1";
+constexpr const char* kRoom = "the texture room";
+constexpr std::size_t kMostTextons = 2000;
+constexpr int kMostFrames = 100'000;
+/// Metres from the hips: beyond any body.
+constexpr double kFarthest = 10.0;
+
+JointPin read_pin(const Json& json, const std::string& where) {
+  ObjectReader reader(json, where + ": a pin");
+  JointPin pin;
+  pin.frame = reader.count("frame", 0, kMostFrames);
+  const std::string name = reader.text("joint");
+  const auto& names = motion::kStandardJointNames;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) pin.joint = static_cast<motion::StandardJoint>(found - names.begin());
+  if (found == names.end() || !motion::is_limb_end(pin.joint))
+    reader.fail_at("joint", "is none of left_hand, right_hand, left_foot, right_foot");
+  const Json& place = reader.at("place");
+  if (!place.is_array() || place.size() != 3) reader.fail_at("place", "is no list of 3 numbers");
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double value = reader.number_in(place[k], "place");
+    if (!(std::abs(value) <= kFarthest)) reader.fail_at("place", "is more than 10 m away");
+    pin.place[static_cast<Eigen::Index>(k)] = value;
+  }
+  reader.require_no_more();
+  return pin;
+}
+
+TextonBlock read_block(const Json& json, const std::string& where) {
+  ObjectReader reader(json, where + ": a texton");
+  TextonBlock block;
+  block.planned.texton = reader.count("texton", 0, 1'000'000);
+  if (reader.find("frames") != nullptr)
+    block.planned.length = reader.count("frames", 5, kMostFrames);
+  const Json& pins = reader.at("pins");
+  if (!pins.is_array()) reader.fail_at("pins", "is no list");
+  for (const Json& pin : pins) block.pins.push_back(read_pin(pin, where));
+  reader.require_no_more();
+  return block;
+}
+
+Json to_json(const TextonBlock& block) {
+  Json pins = Json::array();
+  for (const JointPin& pin : block.pins) {
+    pins.push_back(
+        {{"frame", pin.frame},
+         {"joint",
+          motion::kStandardJointNames[static_cast<std::size_t>(motion::index_of(pin.joint))]},
+         {"place", {pin.place.x(), pin.place.y(), pin.place.z()}}});
+  }
+  return {{"texton", block.planned.texton},
+          {"frames", block.planned.length ? Json(*block.planned.length) : Json()},
+          {"pins", pins}};
+}
+
+}  // namespace
+
+Json to_json(const TextureState& state) {
+  const texture::TextureMotionOptions& options = state.choices.options;
+  Json textons = Json::array();
+  for (const TextonBlock& block : state.choices.path) textons.push_back(to_json(block));
+  return {{"schema", kSchema},
+          {"texture", state.texture},
+          {"textons", textons},
+          {"noise", options.noise_level},
+          {"variation", options.variation},
+          {"seed", options.seed},
+          {"foot_fix", options.hold_feet}};
+}
+
+TextureState read_texture_state(const Json& json, const std::string& name) {
+  ObjectReader reader(json, name);
+  reader.require_schema(kSchema, kRoom);
+  TextureState state;
+  state.texture = reader.text("texture");
+  const Json& textons = reader.at("textons");
+  if (!textons.is_array() || textons.empty() || textons.size() > kMostTextons)
+    reader.fail_at("textons", "is no list of 1 to 2000 textons");
+  for (const Json& texton : textons) state.choices.path.push_back(read_block(texton, name));
+  texture::TextureMotionOptions& options = state.choices.options;
+  options.noise_level = reader.number("noise", 0.0, 10.0);
+  options.variation = reader.number("variation", 0.0, 1.0);
+  options.seed = static_cast<std::uint64_t>(reader.count("seed", 0, 1'000'000));
+  options.hold_feet = reader.flag("foot_fix");
+  reader.require_no_more();
+  return state;
+}
+
+TextureState parse_texture_state(std::string_view text, const std::string& name) {
+  return read_texture_state(parse_state(text, name), name);
+}
+
+}  // namespace laban::cli

@@ -1,0 +1,129 @@
+// A path of textons as blocks along its time: chosen, moved, stretched, removed and repeated, by pointer or keys.
+import {el} from "./dom";
+
+export interface TextonBlock {
+  texton: number;
+  frames: number;
+  /** Likelihood of what comes after it; null: the captures never go there; undefined: nothing comes. */
+  next: number | null | undefined;
+  pins: number;
+}
+
+export interface TextonLineActs {
+  choose: (block: number) => void;
+  move: (block: number, to: number) => void;
+  stretch: (block: number, frames: number) => void;
+  repeat: (block: number) => void;
+  remove: (block: number) => void;
+}
+
+/** A drag shorter than this is a click, pixels; and so near to a block's end it is one of its edge. */
+const CLICK = 5;
+const GRIP = 9;
+
+export class TextonLine {
+  readonly root = el("div", {class: "texton-line"});
+  private readonly row = el("div", {class: "timeline", role: "listbox", "aria-label": "Textons", "aria-orientation": "horizontal"});
+  private readonly joins = el("div", {class: "joins", "aria-hidden": "true"});
+  private readonly cursor = el("div", {class: "cursor", "aria-hidden": "true"});
+  private blocks: TextonBlock[] = [];
+
+  constructor(private readonly acts: TextonLineActs) {
+    this.root.append(this.row, this.joins);
+    this.row.addEventListener("keydown", event => {
+      const n = this.boxes().indexOf(document.activeElement as HTMLElement);
+      if (n < 0 || event.ctrlKey || event.metaKey) return;
+      if (!this.key(event, n)) return;
+      event.preventDefault();
+      event.stopPropagation();
+    });
+  }
+
+  show(blocks: TextonBlock[], selected: number | null): void {
+    const focused = this.boxes().indexOf(document.activeElement as HTMLElement);
+    this.blocks = blocks;
+    const total = Math.max(1, blocks.reduce((sum, block) => sum + block.frames, 0));
+    let begin = 0;
+    const joins: HTMLElement[] = [];
+    this.row.replaceChildren(...blocks.map((block, n) => {
+      const never = block.next === null;
+      const box = el("button", {
+        type: "button", role: "option", class: "snippet" + (block.pins > 0 ? " locked" : ""), "aria-selected": String(n === selected),
+        title: `Texton ${block.texton}, ${block.frames} frames` + (never ? "; the captures never go on to the next" : ""),
+      }, String(block.texton) + (block.pins > 0 ? " \u25C6" : ""));
+      box.style.left = `${100 * begin / total}%`;
+      box.style.width = `${100 * block.frames / total}%`;
+      box.addEventListener("pointerdown", event => this.grab(event, n, box));
+      begin += block.frames;
+      if (block.next !== undefined) {
+        const join = el("span", {class: never ? "join never" : "join"}, never ? "\u26A0 never" : block.next!.toFixed(2));
+        join.style.left = `${100 * begin / total}%`;
+        joins.push(join);
+      }
+      return box;
+    }), this.cursor);
+    this.joins.replaceChildren(...joins);
+    if (focused >= 0) this.boxes()[Math.min(focused, blocks.length - 1)]?.focus();
+  }
+
+  /** @param share  of the whole path. */
+  at(share: number): void {
+    this.cursor.style.transform = `translateX(${100 * Math.min(share, 1)}%)`;
+  }
+
+  private key(event: KeyboardEvent, n: number): boolean {
+    const {acts} = this, by = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
+    if (by !== 0) {
+      const to = Math.max(0, Math.min(n + by, this.blocks.length - 1));
+      this.boxes()[to].focus();
+      if (event.altKey) acts.move(n, to);
+    } else if (event.key === "Delete" || event.key === "Backspace") {
+      acts.remove(n);
+    } else if (event.key.toLowerCase() === "d") {
+      acts.repeat(n);
+    } else if (event.key === "+" || event.key === "-") {
+      acts.stretch(n, this.blocks[n].frames + (event.key === "+" ? 5 : -5));
+    } else if (event.key === "Enter" || event.key === " ") {
+      acts.choose(n);
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  private grab(event: PointerEvent, n: number, box: HTMLElement): void {
+    const from = event.clientX, bounds = box.getBoundingClientRect();
+    const stretches = bounds.right - from < GRIP;
+    const line = this.row.getBoundingClientRect();
+    box.setPointerCapture(event.pointerId);
+    const moving = (next: PointerEvent) => {
+      const by = next.clientX - from;
+      if (stretches) box.style.width = `${100 * Math.max(8, bounds.width + by) / line.width}%`;
+      else box.style.transform = `translateX(${by}px)`;
+    };
+    box.addEventListener("pointermove", moving);
+    box.addEventListener("pointerup", last => {
+      box.removeEventListener("pointermove", moving);
+      box.style.transform = "";
+      const by = last.clientX - from;
+      if (Math.abs(by) < CLICK) return this.acts.choose(n);
+      if (stretches) return this.acts.stretch(n, Math.round(this.blocks[n].frames * (bounds.width + by) / bounds.width));
+      this.acts.move(n, this.placeOf((last.clientX - line.left) / line.width, n));
+    }, {once: true});
+  }
+
+  /** Where in the order a block lies that is dropped at a share of the line. */
+  private placeOf(share: number, moved: number): number {
+    const total = this.blocks.reduce((sum, block) => sum + block.frames, 0);
+    let begin = 0, place = 0;
+    this.blocks.forEach((block, n) => {
+      if (n !== moved && begin + block.frames / 2 < share * total) ++place;
+      begin += block.frames;
+    });
+    return place;
+  }
+
+  private boxes(): HTMLElement[] {
+    return [...this.row.querySelectorAll<HTMLElement>("button")];
+  }
+}
