@@ -11,29 +11,52 @@ namespace laban::studio {
 
 inline const std::string kTake = LABAN_SOURCE_DIR "/data/take.bvh";
 
-/// The embedded model and one take, opened once.
-inline Studio& studio() {
-  static Studio opened({{kTake}, LABAN_DEFAULT_MODEL, {}, {}, {}, {}}, "<p id=\"{{nonce}}\">", {});
+/// Asks a studio of the embedded model as its page does.
+class StudioClient {
+ public:
+  explicit StudioClient(StudioOptions options)
+      : studio_(with_model(std::move(options)), "<p id=\"{{nonce}}\">", {}) {}
+
+  Response get(const std::string& target) { return asked("GET", target, {}); }
+  Response post(const std::string& target, const std::string& body) {
+    return asked("POST", target, body);
+  }
+  Json post_json(const std::string& target, const Json& body) {
+    return Json::parse(post(target, body.dump()).body);
+  }
+
+ private:
+  static StudioOptions with_model(StudioOptions options) {
+    options.model = LABAN_DEFAULT_MODEL;
+    return options;
+  }
+  Response asked(const std::string& method, const std::string& target, const std::string& body) {
+    Request request{method, {}, {}, body};
+    parse_target(target, request);
+    return studio_.handle(request);
+  }
+
+  Studio studio_;
+};
+
+/// The one that most tests share: one take is open.
+inline StudioClient& client() {
+  static StudioClient opened([] {
+    StudioOptions options;
+    options.clips = {kTake};
+    return options;
+  }());
   return opened;
 }
 
-inline Response asked(const std::string& method, const std::string& target,
-                      const std::string& body = {}) {
-  Request request{method, {}, {}, body};
-  parse_target(target, request);
-  return studio().handle(request);
-}
-
 inline Response get(const std::string& target) {
-  return asked("GET", target);
+  return client().get(target);
 }
-
 inline Response post(const std::string& target, const std::string& body) {
-  return asked("POST", target, body);
+  return client().post(target, body);
 }
-
 inline Json post_json(const std::string& target, const Json& body) {
-  return Json::parse(post(target, body.dump()).body);
+  return client().post_json(target, body);
 }
 
 /// The status that the work ends with.

@@ -1,0 +1,68 @@
+// The map room: poses under the pointer, a path that is drawn, and the files that the verb writes too.
+import assert from "node:assert/strict";
+import {execFile} from "node:child_process";
+import {mkdtemp, readFile, rm, writeFile} from "node:fs/promises";
+import {tmpdir} from "node:os";
+import path from "node:path";
+import {test} from "node:test";
+import {promisify} from "node:util";
+import {assertAccessible, downloaded, pixels, settled, withStudio} from "./browser.mjs";
+
+const run = promisify(execFile);
+const {LABAN_PROGRAM: laban, LABAN_TAKE: take} = process.env;
+
+test("poses follow the pointer, a path is drawn and played, a walk is asked for", async () => {
+  const folder = await mkdtemp(path.join(tmpdir(), "laban-map-"));
+  try {
+    const map = path.join(folder, "take.manifold");
+    await run(laban, ["manifold", "learn", take, "-o", map, "--size", "30", "--epochs", "10"]);
+    await withStudio([take, "--manifold", map], async (page, {folder: work}) => {
+      await settled(page);
+      assert.match(await page.locator(".map-room .quality").innerText(), /Primitives/);
+      await page.screenshot({path: "map.png"});
+      const canvas = ".screen canvas", walk = await pixels(page, canvas);
+      const box = await page.locator(".pose-map svg").boundingBox();
+      const at = (x, y) => [box.x + x * box.width, box.y + y * box.height];
+      await page.mouse.move(...at(0.4, 0.4));
+      await page.waitForSelector(".captions :text('pose at')");
+      await settled(page);
+      const pose = await pixels(page, canvas);
+      assert.notEqual(pose, walk);
+      await page.mouse.move(...at(0.6, 0.7));
+      await settled(page);
+      assert.notEqual(await pixels(page, canvas), pose);
+
+      await page.mouse.move(...at(0.3, 0.3));
+      await page.mouse.down();
+      for (let n = 1; n <= 20; ++n) await page.mouse.move(...at(0.3 + 0.02 * n, 0.3 + 0.15 * Math.sin(n / 5)));
+      await page.mouse.up();
+      await page.mouse.move(5, 400);
+      await settled(page);
+      const points = await page.locator(".map-room li").count();
+      assert.ok(points >= 3 && points <= 12, `${points} points`);
+      assert.match(await page.locator(".map-room .quality").innerText(), /Points are passed at frames 0, /);
+      await page.getByRole("button", {name: "Pin this frame"}).click();
+      await settled(page);
+      assert.equal(await page.locator(".map-room li").count(), points + 1);
+      await page.screenshot({path: "map_path.png"});
+
+      const state = await downloaded(page, () => page.getByRole("button", {name: "Save state"}).click());
+      await writeFile(path.join(work, "room.json"), state.bytes);
+      for (const format of ["BVH", "GLB"]) {
+        const exported = await downloaded(page, () => page.getByRole("button", {name: `Export ${format}`}).click());
+        await run(laban, ["manifold", "synthesize", "--state", "room.json", "-o", exported.name], {cwd: work});
+        assert.deepEqual(await readFile(path.join(work, exported.name)), exported.bytes);
+      }
+      await page.getByRole("button", {name: "Undo"}).click();
+      await page.getByRole("button", {name: "Undo"}).click();
+      await settled(page);
+      assert.equal(await page.locator(".map-room li").count(), 1);
+      await assertAccessible(page);
+      await page.getByRole("button", {name: "Dark"}).click();
+      await page.waitForTimeout(300);
+      await assertAccessible(page);
+    });
+  } finally {
+    await rm(folder, {recursive: true, force: true});
+  }
+});
