@@ -3,8 +3,8 @@
 #include <string>
 #include <string_view>
 
-#include "map_making.h"
 #include "files.h"
+#include "map_making.h"
 
 namespace laban::cli {
 
