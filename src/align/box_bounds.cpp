@@ -8,8 +8,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr float kUnreachable = std::numeric_limits<float>::infinity();
-
 // Frames of a sequence that its n-th box holds; none behind its end.
 int frames_in_box(int n, Index frames) {
   return static_cast<int>(std::clamp<Index>(frames - n * kBoxFrames, 0, kBoxFrames));

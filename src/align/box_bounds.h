@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,9 @@ namespace laban::align {
 /// Leading coordinates in their principal axes that a box bounds on their own; it bounds the others
 /// by their norm. Of joint angles 8 hold most of the variance, 21 nearly all.
 inline constexpr Eigen::Index kLeadingCoordinates = 21;
+
+/// The cost of what no path has come to.
+inline constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 
 /// Boxes that hold a sequence's frames, kBoxFrames each, the last one what is left.
 [[nodiscard]] int box_count_for(Eigen::Index frames);

@@ -21,7 +21,6 @@ using base::Error;
 using base::ErrorKind;
 using Eigen::Index;
 
-constexpr float kUnreachable = std::numeric_limits<float>::infinity();
 // With the norm of the others 14 pairs.
 constexpr Index kScreenedCoordinates = 27;
 static_assert(kScreenedCoordinates < CoarseGrid::kMostDimensions);

@@ -12,7 +12,7 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
-constexpr const char* kSchema = "laban.effort-room/1";
+constexpr const char* kEffortSchema = "laban.effort-room/1";
 
 AskedOptions read_asked_of(ObjectReader& state, const std::string& where) {
   AskedOptions asked;
@@ -61,7 +61,7 @@ std::vector<HandSetBlend> read_locks(const ObjectReader& state, const Json& json
 Json to_json(const EffortState& state) {
   const StylingOptions& styling = state.styling;
   const transfer::ApplyOptions& apply = styling.apply;
-  Json json = {{"schema", kSchema}, {"input", state.input}, {"model", styling.model}};
+  Json json = {{"schema", kEffortSchema}, {"input", state.input}, {"model", styling.model}};
   for (const effort::Factor factor : effort::kFactorsWithSpace) {
     const std::string& text =
         styling.asked.factors[static_cast<std::size_t>(effort::index_of(factor))];
@@ -93,7 +93,7 @@ Json to_json(const EffortState& state) {
 
 EffortState read_effort_state(const Json& json, const std::string& name) {
   ObjectReader reader(json, name);
-  reader.require_schema(kSchema, "the Effort room");
+  reader.require_schema(kEffortSchema, "the Effort room");
   EffortState state;
   StylingOptions& styling = state.styling;
   transfer::ApplyOptions& apply = styling.apply;

@@ -7,8 +7,8 @@
 namespace laban::cli {
 namespace {
 
-constexpr const char* kSchema = "laban.loop-room/1";
-constexpr const char* kRoom = "the loop room";
+constexpr const char* kLoopSchema = "laban.loop-room/1";
+constexpr const char* kLoopRoom = "the loop room";
 /// An hour: more is for --stream.
 constexpr double kMostSeconds = 3600.0;
 /// While a seamless loop is asked for.
@@ -44,7 +44,7 @@ TurningChoices read_turning(const Json& json, const std::string& where) {
 
 Json to_json(const LoopState& state) {
   const LoopChoices& choices = state.choices;
-  return {{"schema", kSchema},
+  return {{"schema", kLoopSchema},
           {"input", state.input},
           {"kind", choices.seamless ? "seamless" : "endless"},
           {"seconds", choices.length.seconds.value_or(kUsualSeconds)},
@@ -62,7 +62,7 @@ Json to_json(const LoopState& state) {
 
 LoopState read_loop_state(const Json& json, const std::string& name) {
   ObjectReader reader(json, name);
-  reader.require_schema(kSchema, kRoom);
+  reader.require_schema(kLoopSchema, kLoopRoom);
   LoopState state;
   state.input = reader.text("input");
   LoopChoices& choices = state.choices;

@@ -7,11 +7,11 @@
 namespace laban::cli {
 namespace {
 
-constexpr const char* kSchema = "laban.map-room/1";
-constexpr const char* kRoom = "the map room";
+constexpr const char* kMapSchema = "laban.map-room/1";
+constexpr const char* kMapRoom = "the map room";
 constexpr std::size_t kMostPoints = 10'000;
 /// Beyond any map: points are clamped to their own.
-constexpr double kFarthest = 1e6;
+constexpr double kFarthestPoint = 1e6;
 
 void read_points(ObjectReader& state, MapState& read, const std::string& where) {
   const Json& points = state.at("points");
@@ -21,8 +21,8 @@ void read_points(ObjectReader& state, MapState& read, const std::string& where) 
   for (std::size_t n = 0; n < points.size(); ++n) {
     ObjectReader point(points[n], where + ": a point");
     read.choices.points.col(static_cast<Eigen::Index>(n))
-        << point.number("column", -kFarthest, kFarthest),
-        point.number("row", -kFarthest, kFarthest);
+        << point.number("column", -kFarthestPoint, kFarthestPoint),
+        point.number("row", -kFarthestPoint, kFarthestPoint);
     read.keys.push_back(point.find("key") == nullptr ? std::string() : point.text("key"));
     point.require_no_more();
   }
@@ -39,7 +39,7 @@ Json to_json(const MapState& state) {
                       {"row", choices.points(1, n)},
                       {"key", key.empty() ? Json() : Json(key)}});
   }
-  return {{"schema", kSchema},
+  return {{"schema", kMapSchema},
           {"manifold", state.manifold},
           {"way", choices.walks ? "walk" : "path"},
           {"points", points},
@@ -53,7 +53,7 @@ Json to_json(const MapState& state) {
 
 MapState read_map_state(const Json& json, const std::string& name) {
   ObjectReader reader(json, name);
-  reader.require_schema(kSchema, kRoom);
+  reader.require_schema(kMapSchema, kMapRoom);
   MapState state;
   state.manifold = reader.text("manifold");
   MapChoices& choices = state.choices;

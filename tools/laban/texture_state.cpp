@@ -9,17 +9,17 @@
 namespace laban::cli {
 namespace {
 
-constexpr const char* kSchema = "laban.texture-room/1";
-constexpr const char* kRoom = "the texture room";
+constexpr const char* kTextureSchema = "laban.texture-room/1";
+constexpr const char* kTextureRoom = "the texture room";
 constexpr std::size_t kMostTextons = 2000;
-constexpr int kMostFrames = 100'000;
+constexpr int kLongestTexton = 100'000;
 /// Metres from the hips: beyond any body.
-constexpr double kFarthest = 10.0;
+constexpr double kFarthestPlace = 10.0;
 
 JointPin read_pin(const Json& json, const std::string& where) {
   ObjectReader reader(json, where + ": a pin");
   JointPin pin;
-  pin.frame = reader.count("frame", 0, kMostFrames);
+  pin.frame = reader.count("frame", 0, kLongestTexton);
   const std::string name = reader.text("joint");
   const auto& names = motion::kStandardJointNames;
   const auto found = std::find(names.begin(), names.end(), name);
@@ -30,7 +30,7 @@ JointPin read_pin(const Json& json, const std::string& where) {
   if (!place.is_array() || place.size() != 3) reader.fail_at("place", "is no list of 3 numbers");
   for (std::size_t k = 0; k < 3; ++k) {
     const double value = reader.number_in(place[k], "place");
-    if (!(std::abs(value) <= kFarthest)) reader.fail_at("place", "is more than 10 m away");
+    if (!(std::abs(value) <= kFarthestPlace)) reader.fail_at("place", "is more than 10 m away");
     pin.place[static_cast<Eigen::Index>(k)] = value;
   }
   reader.require_no_more();
@@ -42,7 +42,7 @@ TextonBlock read_block(const Json& json, const std::string& where) {
   TextonBlock block;
   block.planned.texton = reader.count("texton", 0, 1'000'000);
   if (reader.find("frames") != nullptr)
-    block.planned.length = reader.count("frames", 5, kMostFrames);
+    block.planned.length = reader.count("frames", 5, kLongestTexton);
   const Json& pins = reader.at("pins");
   if (!pins.is_array()) reader.fail_at("pins", "is no list");
   for (const Json& pin : pins) block.pins.push_back(read_pin(pin, where));
@@ -50,7 +50,7 @@ TextonBlock read_block(const Json& json, const std::string& where) {
   return block;
 }
 
-Json to_json(const TextonBlock& block) {
+Json block_json(const TextonBlock& block) {
   Json pins = Json::array();
   for (const JointPin& pin : block.pins) {
     pins.push_back(
@@ -69,19 +69,15 @@ Json to_json(const TextonBlock& block) {
 Json to_json(const TextureState& state) {
   const texture::TextureMotionOptions& options = state.choices.options;
   Json textons = Json::array();
-  for (const TextonBlock& block : state.choices.path) textons.push_back(to_json(block));
-  return {{"schema", kSchema},
-          {"texture", state.texture},
-          {"textons", textons},
-          {"noise", options.noise_level},
-          {"variation", options.variation},
-          {"seed", options.seed},
+  for (const TextonBlock& block : state.choices.path) textons.push_back(block_json(block));
+  return {{"schema", kTextureSchema},     {"texture", state.texture},       {"textons", textons},
+          {"noise", options.noise_level}, {"variation", options.variation}, {"seed", options.seed},
           {"foot_fix", options.hold_feet}};
 }
 
 TextureState read_texture_state(const Json& json, const std::string& name) {
   ObjectReader reader(json, name);
-  reader.require_schema(kSchema, kRoom);
+  reader.require_schema(kTextureSchema, kTextureRoom);
   TextureState state;
   state.texture = reader.text("texture");
   const Json& textons = reader.at("textons");
