@@ -60,8 +60,9 @@ TEST(Reach, BringsEachLimbToItsPlaceAndLeavesAllElse) {
         if (j == index_of(upper) || j == index_of(lower) || j == index_of(end)) continue;
         EXPECT_EQ(done.rotation(0, j).coeffs(), clip.rotation(0, j).coeffs());
       }
-      const auto turned = [&](const Clip& of) {
-        return forward_kinematics(of, 0).rotations[static_cast<std::size_t>(index_of(end))];
+      const auto tip = static_cast<std::size_t>(index_of(end));
+      const auto turned = [tip](const Clip& of) {
+        return forward_kinematics(of, 0).rotations[tip];
       };
       EXPECT_LT(turned(done).angularDistance(turned(clip)), 1e-9);
     }
