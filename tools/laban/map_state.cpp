@@ -20,9 +20,9 @@ void read_points(ObjectReader& state, MapState& read, const std::string& where) 
   read.choices.points.resize(2, static_cast<Eigen::Index>(points.size()));
   for (std::size_t n = 0; n < points.size(); ++n) {
     ObjectReader point(points[n], where + ": a point");
-    read.choices.points.col(static_cast<Eigen::Index>(n))
-        << point.number("column", -kFarthestPoint, kFarthestPoint),
-        point.number("row", -kFarthestPoint, kFarthestPoint);
+    const double column = point.number("column", -kFarthestPoint, kFarthestPoint);
+    const double row = point.number("row", -kFarthestPoint, kFarthestPoint);
+    read.choices.points.col(static_cast<Eigen::Index>(n)) = Eigen::Vector2d(column, row);
     read.keys.push_back(point.find("key") == nullptr ? std::string() : point.text("key"));
     point.require_no_more();
   }
