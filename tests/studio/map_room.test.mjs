@@ -38,12 +38,27 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
       await page.mouse.up();
       await page.mouse.move(5, 400);
       await settled(page);
+      const middle = await page.locator(".waypoint circle").first().evaluate(circle => {
+        const {x, y, width, height} = circle.getBoundingClientRect();
+        return [x + width / 2, y + height / 2];
+      });
+      const off = Math.hypot(middle[0] - at(0.3, 0.3)[0], middle[1] - at(0.3, 0.3)[1]);
+      assert.ok(off < 2, `the path begins ${off} pixels from where it was drawn`);
+      const runner = () => page.locator(".runner").evaluate(marker => marker.style.transform);
+      const before = await runner();
+      await page.waitForTimeout(300);
+      assert.notEqual(await runner(), before, "what was drawn is not played");
+      await page.getByRole("button", {name: "Pause", exact: true}).click();
       const points = await page.locator(".map-room li").count();
       assert.ok(points >= 3 && points <= 12, `${points} points`);
       assert.match(await page.locator(".map-room .quality").innerText(), /Points are passed at frames 0, /);
       await page.getByRole("button", {name: "Pin this frame"}).click();
       await settled(page);
       assert.equal(await page.locator(".map-room li").count(), points + 1);
+      assert.match(await page.locator(".placed").innerText(), /take\.bvh:\d+ lies at .* cm a joint away/);
+      await page.locator(".waypoint").last().click();
+      await settled(page);
+      assert.match(await page.locator(".map-room li").last().innerText(), /take\.bvh:\d+/);
       await page.screenshot({path: "map_path.png"});
 
       const state = await downloaded(page, () => page.getByRole("button", {name: "Save state"}).click());

@@ -42,6 +42,7 @@ export class MapRoom implements Room {
   private readonly fields: Field<MapState>[];
   private readonly list = el("ol", {class: "points", "aria-label": "Points of the path"});
   private readonly told = el("p", {class: "quality", "aria-live": "polite"});
+  private readonly placed = el("p", {class: "legend placed", "aria-live": "polite"});
   private readonly pin = button("Pin this frame", "Puts the clip's present frame on the map, as the path's next point", () => void this.pinFrame());
   private readonly making = new Latest<MapState>(state => this.studio.attempt(() => this.make(state)));
   private readonly posing = new Latest<Point>(at => this.pose(at));
@@ -50,6 +51,8 @@ export class MapRoom implements Room {
   private input: StagedClip | null = null;
   private output: Motion | null = null;
   private hovering = false;
+  /** What was drawn is played as soon as it is made. */
+  private playsNext = false;
 
   constructor(private readonly studio: Studio) {
     this.tools = new StateTools<MapState>(studio, {
@@ -83,7 +86,8 @@ export class MapRoom implements Room {
       el("div", {class: "left"}, this.stage.root),
       el("aside", {class: "right"}, this.tools.root, this.map!.root,
          el("p", {class: "hint"}, "Move over the map for poses; drag to draw a path, or click for its next point; drag numbers to move them."),
-         this.told,
+         el("p", {class: "legend"}, "Lines: captures, a colour and dash a primitive; grey dashes: the clip; thick: the motion."),
+         this.told, this.placed,
          el("section", {class: "options", "aria-label": "Motion"}, ...this.fields.map(field => field.root), this.pin,
             button("Clear", "Keeps the first point alone", () => this.tools.change(state => state.points.length = 1))),
          this.list)));
@@ -109,7 +113,9 @@ export class MapRoom implements Room {
       hovered: at => this.hover(at),
       drawn: points => this.draw(points),
       moved: (n, to, done) => {
-        if (done) this.tools.change(state => state.points[n] = point(to));
+        if (!done) return;
+        this.hovering = false;
+        this.tools.change(state => state.points[n] = point(to));
       },
     });
     this.tools.begin(told.state);
@@ -133,6 +139,9 @@ export class MapRoom implements Room {
 
   /** A line is a path of its own; a click adds to the one that is there. */
   private draw(points: Point[]): void {
+    this.stage.player.pause();
+    this.hovering = false;
+    this.playsNext = points.length > 1;
     this.tools.change(state => {
       const walked = state.way === "walk";
       if (points.length > 1 || !walked) state.way = "path";
@@ -152,7 +161,7 @@ export class MapRoom implements Room {
         state.way = "path";
         state.points.push(point(placed.point, placed.key));
       });
-      this.told.textContent = `${placed.key} lies at ${placed.point.map(value => value.toFixed(1)).join(", ")}; ` +
+      this.placed.textContent = `${placed.key} lies at ${placed.point.map(value => value.toFixed(1)).join(", ")}; ` +
         `the pose there is ${placed.away_cm.toFixed(1)} cm a joint away.`;
     });
   }
@@ -169,6 +178,10 @@ export class MapRoom implements Room {
                                : ` Primitives ${primitives.slice(0, 30).join(" ")}${primitives.length > 30 ? " .." : ""}.`) +
       (jumps === 0 ? "" : ` ${jumps} times nothing was known to follow.`);
     this.showRunner(this.stage.player.time);
+    if (!this.playsNext) return;
+    this.playsNext = false;
+    this.stage.player.seek(0);
+    this.stage.player.play();
   }
 
   private showClips(motion: Motion | null, label: string): void {

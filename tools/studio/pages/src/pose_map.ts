@@ -24,6 +24,9 @@ export interface MapActs {
 }
 
 const SIZE = 600;
+/** Primitives are told apart by hue, then by dashes, and each by the number at its centre. */
+const HUES = 4;
+const DASHES = 4;
 const EDGE = 12;
 /** A drawn line is kept to this share of the map. */
 const KEEPS_TO = 0.012;
@@ -58,7 +61,7 @@ export class PoseMap {
   drawGround(): void {
     const {map} = this;
     const shade = map.node_distances_m === null ? [] : [this.shade(map.node_distances_m)];
-    const takes = map.takes.map(take => svg("path", {class: "take", d: this.path(take.points)}));
+    const takes = map.primitives.map((_, n) => svg("path", {class: `take hue-${n % HUES} dash-${Math.floor(n / HUES) % DASHES}`, d: this.captured(n)}));
     const centers = map.primitives.map(({center, stay_s}, n) => {
       const [x, y] = this.at(center);
       return svg("g", {class: "primitive"}, svg("title", {}, `Primitive ${n}` + (stay_s === null ? "" : `, ${stay_s.toFixed(2)} s at a time`)),
@@ -94,10 +97,21 @@ export class PoseMap {
     return [EDGE + this.scale * column, this.height - EDGE - this.scale * row];
   }
   private path(points: Point[], cuts = new Set<number>()): string {
-    return points.map((point, n) => {
-      const [x, y] = this.at(point);
-      return `${n === 0 || cuts.has(n) ? "M" : "L"}${x.toFixed(1)} ${y.toFixed(1)}`;
-    }).join("");
+    return points.map((point, n) => this.step(n === 0 || cuts.has(n) ? "M" : "L", point)).join("");
+  }
+  private step(to: "M" | "L", point: Point): string {
+    const [x, y] = this.at(point);
+    return `${to}${x.toFixed(1)} ${y.toFixed(1)}`;
+  }
+
+  /** What captures do within a primitive, up to the frame after. */
+  private captured(primitive: number): string {
+    const runs = this.map.takes.flatMap(({points, primitives}) => points.slice(0, -1).map((point, n) => {
+      if (primitives[n] !== primitive) return "";
+      const goesOn = n > 0 && primitives[n - 1] === primitive;
+      return (goesOn ? "" : this.step("M", point)) + this.step("L", points[n + 1]);
+    }));
+    return runs.join("");
   }
 
   /** The U-matrix: what is light lies among poses like it, what is dark apart. */
@@ -122,10 +136,9 @@ export class PoseMap {
   }
 
   private pointOf(event: PointerEvent): Point {
-    const box = this.picture.getBoundingClientRect();
-    const units = this.height / box.height;
-    const column = ((event.clientX - box.left) * units - EDGE) / this.scale;
-    const row = (this.height - EDGE - (event.clientY - box.top) * units) / this.scale;
+    // The picture is centred in an element that may be wider.
+    const {x, y} = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.picture.getScreenCTM()!.inverse());
+    const column = (x - EDGE) / this.scale, row = (this.height - EDGE - y) / this.scale;
     const within = (value: number, most: number) => Math.round(100 * Math.max(0, Math.min(value, most))) / 100;
     return [within(column, this.map.columns - 1), within(row, this.map.rows - 1)];
   }
@@ -154,7 +167,9 @@ export class PoseMap {
 
   private drag(event: PointerEvent, waypoint: number): void {
     event.preventDefault();
+    let moved = false;
     const moving = (next: PointerEvent) => {
+      moved = true;
       const point = this.pointOf(next);
       const [x, y] = this.at(point);
       const mark = this.waypoints.children[waypoint];
@@ -165,7 +180,7 @@ export class PoseMap {
     };
     const up = (last: PointerEvent) => {
       this.picture.removeEventListener("pointermove", moving);
-      this.acts.moved(waypoint, this.pointOf(last), true);
+      if (moved) this.acts.moved(waypoint, this.pointOf(last), true);
     };
     this.picture.setPointerCapture(event.pointerId);
     this.picture.addEventListener("pointermove", moving);
