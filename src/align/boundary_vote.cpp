@@ -155,10 +155,11 @@ class Voting {
 
 void vote_on_boundaries(const Eigen::MatrixXd& input, std::span<const Eigen::MatrixXd> fragments,
                         std::span<const int> groups, const BoundaryVote& vote,
-                        std::vector<Snippet>& snippets) {
+                        std::vector<Snippet>& snippets, base::Progress* progress) {
   const Voting voting(input, fragments, groups, vote);
   bool moved = false;
   for (std::size_t n = 1; n < snippets.size(); ++n) {
+    base::tell(progress, static_cast<double>(n) / static_cast<double>(snippets.size()));
     Snippet& before = snippets[n - 1];
     Snippet& after = snippets[n];
     if (voting.group_of(before) == voting.group_of(after)) continue;

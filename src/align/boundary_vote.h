@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "laban/align/one_stage_dp.h"
+#include "laban/base/progress.h"
 
 namespace laban::align {
 
@@ -40,8 +41,9 @@ struct BoundaryVote {
 /// @param fragments  each D x T_i.
 /// @param groups     content of each fragment.
 /// @param snippets   cover the input.
+/// @param progress   may be null.
 void vote_on_boundaries(const Eigen::MatrixXd& input, std::span<const Eigen::MatrixXd> fragments,
                         std::span<const int> groups, const BoundaryVote& vote,
-                        std::vector<Snippet>& snippets);
+                        std::vector<Snippet>& snippets, base::Progress* progress = nullptr);
 
 }  // namespace laban::align

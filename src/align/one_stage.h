@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 
 #include "laban/align/one_stage_dp.h"
+#include "laban/base/progress.h"
 
 namespace laban::align {
 
@@ -19,9 +20,9 @@ class OneStage {
            std::span<const Eigen::MatrixXd> fragments, const SegmentOptions& options);
   ~OneStage();
 
-  /// As the free function.
-  [[nodiscard]] std::optional<Segmentation> segment(
-      const Eigen::Ref<const Eigen::MatrixXd>& input) const;
+  /// As the free function. @param progress  may be null; told once a few frames.
+  [[nodiscard]] std::optional<Segmentation> segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
+                                                    base::Progress* progress = nullptr) const;
 
  private:
   class Steps;

@@ -78,7 +78,7 @@ class OneStage::Steps {
  public:
   virtual ~Steps() = default;
   [[nodiscard]] virtual std::optional<Segmentation> segment(
-      const Eigen::Ref<const Eigen::MatrixXd>& input) const = 0;
+      const Eigen::Ref<const Eigen::MatrixXd>& input, base::Progress* progress) const = 0;
 };
 
 // The paper's steps, in single precision: `lanes` fragments of about one length side by side, one
@@ -100,9 +100,9 @@ class OneStage::FreeSteps : public OneStage::Steps {
     }
   }
 
-  [[nodiscard]] std::optional<Segmentation> segment(
-      const Eigen::Ref<const Eigen::MatrixXd>& input) const override {
-    Segmentation result{trace_back(best_chains(input))};
+  [[nodiscard]] std::optional<Segmentation> segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
+                                                    base::Progress* progress) const override {
+    Segmentation result{trace_back(best_chains(input, progress))};
     for (Snippet& snippet : result.snippets) {
       const DtwCost own = dtw_cost(input.middleCols(snippet.begin, snippet.end - snippet.begin),
                                    fragments_[static_cast<std::size_t>(snippet.fragment)]);
@@ -146,8 +146,8 @@ class OneStage::FreeSteps : public OneStage::Steps {
     cell_count_ += static_cast<std::size_t>(groups_.back().frames.frame_count() * kernels_.lanes);
   }
 
-  [[nodiscard]] std::vector<Finished> best_chains(
-      const Eigen::Ref<const Eigen::MatrixXd>& input) const {
+  [[nodiscard]] std::vector<Finished> best_chains(const Eigen::Ref<const Eigen::MatrixXd>& input,
+                                                  base::Progress* progress) const {
     const PackedRows rows(scaling_.apply(input), kernels_);
     Cells cells{AlignedArray<float>(cell_count_), AlignedArray<int>(cell_count_)};
     std::fill_n(cells.cost.data(), cell_count_, std::numeric_limits<float>::infinity());
@@ -155,6 +155,7 @@ class OneStage::FreeSteps : public OneStage::Steps {
     std::vector<Finished> finished;
     float entering = 0.0F;  // the first snippet's own cost is the same for all chains
     for (int begin = 0; begin < rows.frame_count(); begin += kBlockFrames) {
+      base::tell(progress, static_cast<double>(begin) / rows.frame_count());
       const int count = std::min(kBlockFrames, rows.frame_count() - begin);
       for (const Group& group : groups_) {
         kernels_.distances(rows.view(begin, count), group.frames.view(),
@@ -228,8 +229,8 @@ class OneStage::LimitedSteps : public OneStage::Steps {
     }
   }
 
-  [[nodiscard]] std::optional<Segmentation> segment(
-      const Eigen::Ref<const Eigen::MatrixXd>& input) const override {
+  [[nodiscard]] std::optional<Segmentation> segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
+                                                    base::Progress* progress) const override {
     const int frame_count = static_cast<int>(input.cols());
     LocalDistance distance(input, frames_);
     Cells cells{std::vector<Cell>(end_.back() * state_count_), std::vector<Cell>(state_count_),
@@ -237,6 +238,7 @@ class OneStage::LimitedSteps : public OneStage::Steps {
     std::vector<Finished> finished;
     std::vector<int> lengths;  // of the path of each frame's last snippet
     for (int begin = 0; begin < frame_count; begin += kBlockFrames) {
+      base::tell(progress, static_cast<double>(begin) / frame_count);
       const int count = std::min(kBlockFrames, frame_count - begin);
       const Eigen::MatrixXd& block = distance.block(begin, count);
       for (int p = begin; p < begin + count; ++p) {
@@ -346,15 +348,15 @@ OneStage::OneStage(const Eigen::Ref<const Eigen::MatrixXd>& like,
 
 OneStage::~OneStage() = default;
 
-std::optional<Segmentation> OneStage::segment(
-    const Eigen::Ref<const Eigen::MatrixXd>& input) const {
-  return steps_->segment(input);
+std::optional<Segmentation> OneStage::segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
+                                              base::Progress* progress) const {
+  return steps_->segment(input, progress);
 }
 
 std::optional<Segmentation> segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
                                     std::span<const Eigen::MatrixXd> fragments,
-                                    const SegmentOptions& options) {
-  return OneStage(input, fragments, options).segment(input);
+                                    const SegmentOptions& options, base::Progress* progress) {
+  return OneStage(input, fragments, options).segment(input, progress);
 }
 
 }  // namespace laban::align

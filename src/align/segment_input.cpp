@@ -39,6 +39,11 @@ constexpr double kQuickPercentile = 95.0;
 // performers came out the same, below some stayed that would have come nearer.
 constexpr double kMostRise = 0.3;
 
+// How far the work has come, by and by: first guesses, offset, path, boundaries.
+constexpr double kGuessed = 0.1;
+constexpr double kOffsetFound = 0.4;
+constexpr double kPathFound = 0.8;
+
 // Every stride-th frame, the first among them.
 Eigen::MatrixXd thinned(const Eigen::MatrixXd& features, int stride) {
   const Eigen::Index count = (features.cols() + stride - 1) / stride;
@@ -103,7 +108,8 @@ class OffsetSearch {
   [[nodiscard]] int dimension_count() const { return static_cast<int>(features_.input.rows()); }
   // The offset of the input's features, found in turn with the path, from a first guess on; nothing
   // if the slope limit leaves no path.
-  [[nodiscard]] std::optional<Offset> from(const Eigen::VectorXd& start) const;
+  [[nodiscard]] std::optional<Offset> from(const Eigen::VectorXd& start,
+                                           base::Progress* progress) const;
 
  private:
   const Features features_;
@@ -111,16 +117,22 @@ class OffsetSearch {
   const int most_rounds_;
 };
 
-std::optional<Offset> OffsetSearch::from(const Eigen::VectorXd& start) const {
+std::optional<Offset> OffsetSearch::from(const Eigen::VectorXd& start,
+                                         base::Progress* progress) const {
   Offset offset{start};
   Eigen::MatrixXd input = features_.input.colwise() - start;
-  std::optional<Segmentation> current = one_stage_.segment(input);
+  const auto round = [&](int number) {
+    const double share = 1.0 / (most_rounds_ + 1);
+    base::ProgressPart part(progress, number * share, (number + 1) * share);
+    return one_stage_.segment(input, &part);
+  };
+  std::optional<Segmentation> current = round(0);
   if (!current) return std::nullopt;
   while (!offset.converged && offset.rounds < most_rounds_) {
     const Eigen::VectorXd step = mean_difference(input, current->snippets, features_.fragments);
     offset.value += step;
     input.colwise() -= step;
-    std::optional<Segmentation> next = one_stage_.segment(input);
+    std::optional<Segmentation> next = round(offset.rounds + 1);
     offset.converged = same_snippets(current->snippets, next->snippets);
     current = std::move(next);
     ++offset.rounds;
@@ -149,13 +161,18 @@ std::vector<Eigen::VectorXd> offsets_of_contents(const FragmentSet& fragments) {
 
 // The plain mean of the input's frames, or the first guess from which the cost falls clearly lower,
 // on few frames.
-Eigen::VectorXd best_start(const OffsetSearch& search, const FragmentSet& fragments) {
+Eigen::VectorXd best_start(const OffsetSearch& search, const FragmentSet& fragments,
+                           base::Progress* progress) {
   std::vector<Eigen::VectorXd> starts = offsets_of_contents(fragments);
   starts.insert(starts.begin(), Eigen::VectorXd::Zero(search.dimension_count()));
   const Eigen::VectorXd* best = &starts.front();
   double least = std::numeric_limits<double>::infinity();
+  const double share = 1.0 / static_cast<double>(starts.size());
+  double done = 0.0;
   for (const Eigen::VectorXd& start : starts) {
-    const std::optional<Offset> offset = search.from(start);
+    base::ProgressPart part(progress, done, done + share);
+    done += share;
+    const std::optional<Offset> offset = search.from(start, &part);
     if (!offset || !(offset->cost < least)) continue;
     // What comes after the plain mean has to be clearly better than it.
     least = &start == &starts.front() ? kClearlyLower * offset->cost : offset->cost;
@@ -184,7 +201,7 @@ std::vector<double> speed_of(const PoseMatrix& input) {
 
 // Boundaries by the vote of several fragments, and the cost that goes with them.
 void vote(const PoseMatrix& input, const FragmentSet& fragments, const SegmentInputOptions& options,
-          InputSegmentation& found) {
+          InputSegmentation& found, base::Progress* progress) {
   const double rate_hz = fragments.frame_rate_hz();
   vote_on_boundaries(found.features, fragments.features(), fragments.groups(),
                      {.voters = options.boundary_voters,
@@ -193,7 +210,7 @@ void vote(const PoseMatrix& input, const FragmentSet& fragments, const SegmentIn
                       .speed = speed_of(input),
                       .stillness = kStillness,
                       .most_rise = kMostRise},
-                     found.snippets);
+                     found.snippets, progress);
   found.cost = 0.0;
   for (const Snippet& snippet : found.snippets) {
     found.cost += snippet.cost + options.steps.snippet_cost;
@@ -255,7 +272,8 @@ std::vector<std::string> SegmentInputOptions::problems() const {
 
 std::optional<InputSegmentation> segment_input(const PoseMatrix& input,
                                                const FragmentSet& fragments,
-                                               const SegmentInputOptions& options) {
+                                               const SegmentInputOptions& options,
+                                               base::Progress* progress) {
   const std::vector<std::string> problems = options.problems();
   if (!problems.empty()) throw Error(ErrorKind::kUsage, problems.front());
   if (input.frame_rate_hz != fragments.frame_rate_hz()) {
@@ -273,22 +291,28 @@ std::optional<InputSegmentation> segment_input(const PoseMatrix& input,
     const auto at_rate = [&](double rate_hz) {
       return thinned(all, stride_for(input.frame_rate_hz, rate_hz));
     };
-    const Eigen::VectorXd start = best_start({at_rate(kStartRateHz), options}, fragments);
+    base::ProgressPart guessing(progress, 0.0, kGuessed);
+    const Eigen::VectorXd start =
+        best_start({at_rate(kStartRateHz), options}, fragments, &guessing);
+    base::ProgressPart finding(progress, kGuessed, kOffsetFound);
     const std::optional<Offset> offset =
-        OffsetSearch(at_rate(options.offset_rate_hz), options).from(start);
+        OffsetSearch(at_rate(options.offset_rate_hz), options).from(start, &finding);
     if (offset) {
       result.features.colwise() -= offset->value;
       result.rounds = offset->rounds;
     }
     result.converged = offset && offset->converged;
   }
-  std::optional<Segmentation> found = segment(result.features, fragments.features(), options.steps);
+  base::ProgressPart cutting(progress, kOffsetFound, kPathFound);
+  std::optional<Segmentation> found =
+      segment(result.features, fragments.features(), options.steps, &cutting);
   if (!found) return std::nullopt;
   result.snippets = std::move(found->snippets);
   result.cost = found->cost;
   const bool by_vote = metric.kind() == MetricKind::kContent && options.boundary_voters > 0 &&
                        !options.steps.slope_limit;
-  if (by_vote) vote(input, fragments, options, result);
+  base::ProgressPart voting(progress, kPathFound, 1.0);
+  if (by_vote) vote(input, fragments, options, result, &voting);
   return result;
 }
 

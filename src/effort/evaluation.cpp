@@ -253,9 +253,7 @@ class RunCounter {
     if (progress_ == nullptr) return;
     const std::lock_guard lock(mutex_);
     ++done_;
-    if (!progress_->update(static_cast<double>(done_) / static_cast<double>(runs_))) {
-      throw base::Error(base::ErrorKind::kUsage, "evaluation: interrupted");
-    }
+    base::tell(progress_, static_cast<double>(done_) / static_cast<double>(runs_));
   }
 
  private:

@@ -176,9 +176,12 @@ class EndlessLoop::Impl {
   [[nodiscard]] const Turning& turning() const noexcept { return turning_; }
   [[nodiscard]] const std::vector<FoundSeam>& seams() const noexcept { return found_seams_; }
 
-  LoopedClip next(int frame_count) {
+  LoopedClip next(int frame_count, base::Progress* progress) {
     if (frame_count < 1) throw Error(ErrorKind::kUsage, "ask for at least one frame");
-    while (held_.ready() < frame_count) play(playback_.next());
+    while (held_.ready() < frame_count) {
+      base::tell(progress, static_cast<double>(held_.ready()) / frame_count);
+      play(playback_.next());
+    }
     HeldFrames frames = held_.take(frame_count);
     LoopedClip looped{to_clip(frames.frames, rows_, capture_.clip), {}, {}, frames.stances};
     if (options_.in_place) looped.clip = motion::in_place(looped.clip, capture_.humanoid);
@@ -267,8 +270,8 @@ EndlessLoop::EndlessLoop(EndlessLoop&&) noexcept = default;
 EndlessLoop& EndlessLoop::operator=(EndlessLoop&&) noexcept = default;
 EndlessLoop::~EndlessLoop() = default;
 
-LoopedClip EndlessLoop::next(int frame_count) {
-  return impl_->next(frame_count);
+LoopedClip EndlessLoop::next(int frame_count, base::Progress* progress) {
+  return impl_->next(frame_count, progress);
 }
 const Turning& EndlessLoop::turning() const noexcept {
   return impl_->turning();

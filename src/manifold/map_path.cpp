@@ -489,6 +489,11 @@ Route route_of(const PoseManifold& manifold, const std::vector<int>& states, con
 // sides would flip with them.
 constexpr double kMostTurn = 12.0;
 
+/// How far playing has come, by and by: poses of the map, rotations, the clip, feet held.
+constexpr double kPosesFound = 0.3;
+constexpr double kPosesSolved = 0.6;
+constexpr double kOnRig = 0.8;
+
 /// What the map says along a path, without a jump where it goes on elsewhere: what the poses differ
 /// by there fades within 0.15 s, or to the end, as in motion/join.h.
 MatrixXd smooth_channels(const PoseManifold& manifold, const MapPath& path) {
@@ -694,7 +699,7 @@ std::vector<std::string> WalkOptions::problems() const {
 }
 
 MapPath markov_path(const PoseManifold& manifold, const Vector2d& start, const WalkOptions& options,
-                    base::Rng& rng) {
+                    base::Rng& rng, base::Progress* progress) {
   if (const auto problems = options.problems(); !problems.empty()) {
     throw Error(ErrorKind::kUsage, problems.front());
   }
@@ -721,6 +726,7 @@ MapPath markov_path(const PoseManifold& manifold, const Vector2d& start, const W
     // Primitives that do not differ: twice as many take no longer, and the body stands.
     const bool stands = curve.duration_s() <= reached_s;
     reached_s = curve.duration_s();
+    base::tell(progress, std::min(1.0, reached_s / options.seconds));
     if (reached_s < options.seconds && !stands) continue;
     const MapPath walked = curve.path((frames - 1.0) / manifold.frame_rate_hz, frames);
     path.points = walked.points;
@@ -731,14 +737,18 @@ MapPath markov_path(const PoseManifold& manifold, const Vector2d& start, const W
   }
 }
 
-motion::Clip play(const PoseManifold& manifold, const MapPath& path, const PlayOptions& options) {
+motion::Clip play(const PoseManifold& manifold, const MapPath& path, const PlayOptions& options,
+                  base::Progress* progress) {
   if (path.points.cols() < 1) throw Error(ErrorKind::kData, "play: the path has no frame");
   std::vector<MapPose> poses;
   const MatrixXd channels = smooth_channels(manifold, path);
   for (Index f = 0; f < path.points.cols(); ++f) {
+    base::tell(progress, kPosesFound + (kPosesSolved - kPosesFound) * static_cast<double>(f) /
+                                           static_cast<double>(path.points.cols()));
     poses.push_back(solve_pose(channels.col(f), poses.empty() ? nullptr : &poses.back(),
                                kMostTurn / manifold.frame_rate_hz));
   }
+  base::tell(progress, kPosesSolved);
   const ManifoldRig& rig = manifold.rig;
   const motion::PoseMatrix pose =
       pose_matrix_of(poses, manifold.frame_rate_hz, rig.humanoid.leg_length_m(), options.travel);
@@ -747,6 +757,7 @@ motion::Clip play(const PoseManifold& manifold, const MapPath& path, const PlayO
   motion::Clip clip = motion::from_pose_matrix(
       pose, rig.humanoid, source_of(rig, poses, manifold.frame_rate_hz), retarget);
   if (!options.lock_feet || options.travel == Travel::kNone) return clip;
+  base::tell(progress, kOnRig);
   motion::FootLockOptions locking;
   locking.floor = rig.floor;
   return motion::lock_feet(clip, rig.humanoid, contacts_of(poses, manifold.frame_rate_hz), locking)

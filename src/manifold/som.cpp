@@ -234,9 +234,7 @@ SelfOrganizingMap fit_som(const Eigen::Ref<const MatrixXd>& x, const SomOptions&
       const double weight = sums(x.rows(), node);
       if (weight > 0.0) codebook.col(node) = sums.col(node).head(x.rows()) / weight;
     }
-    if (progress != nullptr && !progress->update((epoch + 1.0) / options.epochs)) {
-      throw Error(ErrorKind::kUsage, "fit_som: interrupted");
-    }
+    base::tell(progress, (epoch + 1.0) / options.epochs);
   }
   codebook.colwise() += pca.mean;
   return mended(x, {options.rows, options.columns, std::move(codebook)}, options.mending_rounds);

@@ -47,12 +47,6 @@ void check_takes(const MatrixXd& observations, const std::vector<Take>& takes) {
   }
 }
 
-void tell(base::Progress* progress, double fraction) {
-  if (progress != nullptr && !progress->update(fraction)) {
-    throw Error(ErrorKind::kUsage, "learning was interrupted");
-  }
-}
-
 /// Segments of each texton.
 std::vector<std::vector<Segment>> by_texton(const std::vector<Segment>& segments,
                                             std::size_t textons) {
@@ -310,7 +304,7 @@ class Start {
     double high = 2.0 * spread_;
     constexpr int kHalvings = 7;
     for (int n = 0; n < kHalvings; ++n) {
-      tell(progress_, 0.3 * n / kHalvings);
+      base::tell(progress_, 0.3 * n / kHalvings);
       const double middle = 0.5 * (low + high);
       (count_textons(at(middle, wanted)) >= wanted ? low : high) = middle;
     }
@@ -326,12 +320,12 @@ class Start {
     constexpr double kMost = 0.4;
     const double step = std::log(kMost / kLeast) / (kGrid - 1);
     for (int n = 0; n < kGrid; ++n) {
-      tell(progress_, 0.4 * n / kGrid);
+      base::tell(progress_, 0.4 * n / kGrid);
       compare(kLeast * spread_ * std::exp(n * step), report);
     }
     const double best = report.threshold;
     for (const double side : {-0.5, 0.5}) {
-      tell(progress_, side < 0.0 ? 0.4 : 0.5);
+      base::tell(progress_, side < 0.0 ? 0.4 : 0.5);
       compare(best * std::exp(side * step), report);
     }
     std::sort(report.candidates.begin(), report.candidates.end(),
@@ -425,7 +419,7 @@ LearntTextons learn_textons(const MatrixXd& observations, const std::vector<Take
   bool more = go_on == nullptr || report.end != LearningEnd::kConverged;
   while (more && static_cast<int>(report.rounds.size()) < options.max_rounds) {
     // How many rounds there will be is not known: the share done comes ever nearer to 1.
-    tell(progress, 1.0 - 0.4 * std::pow(0.8, static_cast<double>(report.rounds.size())));
+    base::tell(progress, 1.0 - 0.4 * std::pow(0.8, static_cast<double>(report.rounds.size())));
     more = em.round();
     report.end = more ? LearningEnd::kMaxRounds : LearningEnd::kConverged;
     report.bic = bayesian_information(em.state(), em.log_likelihood());

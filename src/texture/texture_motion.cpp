@@ -416,9 +416,12 @@ class TextureMotion::Impl {
     if (options.hold_feet && rig.floor) feet_.emplace(rig.humanoid, *rig.floor);
   }
 
-  TextureClip next(int frame_count) {
+  TextureClip next(int frame_count, base::Progress* progress) {
     if (frame_count < 1) throw Error(ErrorKind::kUsage, "ask for at least one frame");
-    while (ready() < frame_count) make_texton();
+    while (ready() < frame_count) {
+      base::tell(progress, static_cast<double>(ready()) / frame_count);
+      make_texton();
+    }
     TextureClip made{take(frame_count), {}};
     given_ += frame_count;
     for (const TextonPart& part : parts_) {
@@ -498,12 +501,13 @@ TextureMotion::TextureMotion(TextureMotion&&) noexcept = default;
 TextureMotion& TextureMotion::operator=(TextureMotion&&) noexcept = default;
 TextureMotion::~TextureMotion() = default;
 
-TextureClip TextureMotion::next(int frame_count) {
-  return impl_->next(frame_count);
+TextureClip TextureMotion::next(int frame_count, base::Progress* progress) {
+  return impl_->next(frame_count, progress);
 }
 
 PathMotion synthesize_path(const MotionTexture& texture, std::span<const PlannedTexton> path,
-                           const PathEnds& ends, const TextureMotionOptions& options) {
+                           const PathEnds& ends, const TextureMotionOptions& options,
+                           base::Progress* progress) {
   check(options);
   check_path(texture, path, ends);
   base::Rng rng = base::Rng::for_stream(options.seed, 0);
@@ -514,6 +518,7 @@ PathMotion synthesize_path(const MotionTexture& texture, std::span<const Planned
   std::vector<MatrixXd> pieces;
   std::int64_t frames = 0;
   for (std::size_t n = 0; n < path.size(); ++n) {
+    base::tell(progress, static_cast<double>(n) / static_cast<double>(path.size()));
     const bool is_last = n + 1 == path.size();
     const int length = path[n].length.value_or(sources[n].length() - (is_last ? 0 : 2));
     if (is_last) {
@@ -539,13 +544,15 @@ PathMotion synthesize_path(const MotionTexture& texture, std::span<const Planned
 
 motion::Clip play_observations(const MotionTexture& texture,
                                const Eigen::Ref<const MatrixXd>& observations,
-                               const PlayOptions& options) {
+                               const PlayOptions& options, base::Progress* progress) {
   if (observations.cols() < 1 || observations.rows() != texture.observations.rows()) {
     throw Error(ErrorKind::kUsage, "observations to play must be at least one frame of " +
                                        std::to_string(texture.observations.rows()) + " numbers");
   }
+  base::tell(progress, 0.0);
   motion::Clip clip = RigPlayer(texture, options.start).play(observations);
   if (!options.hold_feet || !texture.rig.floor) return clip;
+  base::tell(progress, 0.5);
   HeldFeet feet(texture.rig.humanoid, *texture.rig.floor);
   feet.push(clip);
   feet.finish();

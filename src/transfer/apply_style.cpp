@@ -144,7 +144,7 @@ std::vector<std::string> ApplyOptions::problems() const {
 }
 
 AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const AskedEffort& asked,
-                     const ApplyOptions& options) {
+                     const ApplyOptions& options, base::Progress* progress) {
   base::require_none(asked.problems());
   base::require_none(options.problems());
   if (options.strict) require_matches(memory.model(), segmented);
@@ -156,6 +156,7 @@ AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const 
   const double rate_hz = segmented.input.frame_rate_hz;
   int frame = 0;
   for (const InputSnippet& own : segmented.snippets) {
+    base::tell(progress, static_cast<double>(own.begin) / segmented.input.frame_count());
     const EffortTarget target =
         asked.of_snippet(own.begin / rate_hz, own.end - own.begin, rate_hz, own.before.effort);
     const auto snippet = static_cast<int>(applied.snippets.size());
@@ -183,9 +184,10 @@ AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const 
 }
 
 AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
-                     const AskedEffort& asked, const ApplyOptions& options) {
+                     const AskedEffort& asked, const ApplyOptions& options,
+                     base::Progress* progress) {
   PlayMemory memory(model);
-  return restyle(memory, segmented, asked, options);
+  return restyle(memory, segmented, asked, options, progress);
 }
 
 AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,

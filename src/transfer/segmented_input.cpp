@@ -10,6 +10,9 @@ namespace {
 using base::Error;
 using base::ErrorKind;
 
+/// How far the work has come once the input is cut.
+constexpr double kCut = 0.9;
+
 void check_input(const StyleModel& model, const motion::PoseMatrix& input) {
   if (std::abs(input.frame_rate_hz - model.frame_rate_hz()) > 1e-6 * model.frame_rate_hz()) {
     throw Error(ErrorKind::kData, "the input has " + std::to_string(input.frame_rate_hz) +
@@ -45,16 +48,19 @@ InputSnippet describe_snippet(const StyleModel& model, const motion::PoseMatrix&
 }  // namespace
 
 SegmentedInput segment_input(const StyleModel& model, const motion::PoseMatrix& input,
-                             const align::SegmentInputOptions& options) {
+                             const align::SegmentInputOptions& options, base::Progress* progress) {
   check_input(model, input);
-  const auto segmentation = align::segment_input(input, model.database, options);
+  base::ProgressPart cutting(progress, 0.0, kCut);
+  const auto segmentation = align::segment_input(input, model.database, options, &cutting);
   if (!segmentation) {
     throw Error(ErrorKind::kData,
                 "the input cannot be cut into fragments within the slope limit; leave --slope out");
   }
   SegmentedInput segmented{input, {}};
-  for (const align::Snippet& snippet : segmentation->snippets)
+  for (const align::Snippet& snippet : segmentation->snippets) {
+    base::tell(progress, kCut + (1.0 - kCut) * snippet.begin / input.frame_count());
     segmented.snippets.push_back(describe_snippet(model, input, snippet));
+  }
   return segmented;
 }
 

@@ -8,6 +8,7 @@
 #include "laban/align/dtw.h"
 #include "laban/base/error.h"
 #include "support/clips.h"
+#include "support/listener.h"
 
 namespace laban::align {
 namespace {
@@ -86,6 +87,16 @@ TEST(SegmentInput, FindsTheContentsOfAPerformerItHasNotSeen) {
     ASSERT_TRUE(result.has_value());
     EXPECT_EQ(contents_of(*result, set), contents);
     EXPECT_TRUE(result->converged);
+  }
+}
+
+TEST(SegmentInput, TellsProgressAndCanBeStopped) {
+  const FragmentSet set = fragment_set(corpus_without(0));
+  const PoseMatrix input = joined(0, {2, 0, 3, 1}, 0.5);
+  for (const std::optional<int> slope_limit : {std::optional<int>(), std::optional(4)}) {
+    test::expect_told_and_stopped(10, [&](base::Progress* progress) {
+      (void)segment_input(input, set, {.steps = {.slope_limit = slope_limit}}, progress);
+    });
   }
 }
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "support/listener.h"
 
 #include "style_samples.h"
 
@@ -29,19 +30,6 @@ StyleSamples some_blends(int count, double noise) {
   base::Rng rng(1);
   return invent_blends({.count = count, .noise = noise, .beyond_interpolation = bulge}, rng);
 }
-
-class Listener : public base::Progress {
- public:
-  explicit Listener(int stop_after) : stop_after_(stop_after) {}
-  bool update(double fraction) override {
-    fractions.push_back(fraction);
-    return static_cast<int>(fractions.size()) < stop_after_;
-  }
-  std::vector<double> fractions;
-
- private:
-  int stop_after_;
-};
 
 TEST(RandomSplits, AreDisjointOfTheAskedSizesAndRepeatable) {
   const StyleSamples samples = some_blends(105, 0.3);
@@ -421,11 +409,11 @@ TEST(Evaluate, TellsProgressAndCanBeStopped) {
   const StyleSamples samples = some_blends(90, 0.3);
   EvaluationOptions options = quick(5);
   options.models = {RegressorKind::kLinearRidge};
-  Listener patient(100);
+  test::Listener patient;
   (void)evaluate(samples, options, &patient);
   EXPECT_EQ(patient.fractions.size(), 5U);
   EXPECT_EQ(patient.fractions.back(), 1.0);
-  Listener hasty(2);
+  test::Listener hasty(2);
   EXPECT_THROW((void)evaluate(samples, options, &hasty), base::Error);
 }
 

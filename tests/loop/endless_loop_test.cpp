@@ -15,6 +15,7 @@
 #include "laban/motion/forward_kinematics.h"
 #include "laban/motion/motion_quality.h"
 #include "support/clips.h"
+#include "support/listener.h"
 
 #include "captures.h"
 
@@ -106,6 +107,12 @@ TEST(EndlessLoop, BeginsAsTheClipDoes) {
   EXPECT_LT(found.degrees, 1e-9);
   EXPECT_LT(found.metres, 1e-12);
   EXPECT_EQ(looped.source_frames[7], 7.0);
+}
+
+TEST(EndlessLoop, TellsProgressAndCanBeStopped) {
+  const motion::Capture kick = phrase("kick_p01");
+  test::expect_told_and_stopped(
+      10, [&](base::Progress* progress) { (void)EndlessLoop(kick, {}).next(3000, progress); });
 }
 
 TEST(EndlessLoop, PiecesOfAnySizeGiveTheSameFrames) {

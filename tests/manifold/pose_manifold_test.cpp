@@ -14,6 +14,7 @@
 #include "laban/motion/retarget.h"
 #include "laban/motion/root_motion.h"
 #include "support/clip_measures.h"
+#include "support/listener.h"
 
 #include "samples.h"
 
@@ -244,6 +245,19 @@ TEST(MapPath, AWalkTravelsAsFastAsTheCapture) {
       play(manifold, markov_path(manifold, manifold.points.col(0), {.seconds = 6.0}, rng));
   EXPECT_NEAR(test::travel_speed_m_s(clip), test::travel_speed_m_s(capture.clip),
               0.25 * test::travel_speed_m_s(capture.clip));
+}
+
+TEST(MapPath, WalkingAndPlayingTellProgressAndCanBeStopped) {
+  const PoseManifold& manifold = walks().manifold;
+  const Eigen::Vector2d start = manifold.points.col(0);
+  MapPath path;
+  test::expect_told_and_stopped(3, [&](base::Progress* progress) {
+    base::Rng rng(3);
+    path = markov_path(manifold, start, {.seconds = 60.0}, rng, progress);
+  });
+  test::expect_told_and_stopped(
+      static_cast<int>(path.points.cols()),
+      [&](base::Progress* progress) { (void)play(manifold, path, {}, progress); });
 }
 
 TEST(MapPath, AFlipOfAFreeJointDoesNotComeThrough) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "support/listener.h"
 
 #include "samples.h"
 
@@ -146,10 +147,13 @@ TEST(Som, RefusesWhatItCannotMap) {
   EXPECT_THROW((void)fit_som(Eigen::MatrixXd::Constant(3, 2, std::nan(""))), base::Error);
   const SelfOrganizingMap map = fit_som(x, {.rows = 2, .columns = 2, .epochs = 1});
   EXPECT_THROW((void)best_matching_units(map, x.topRows(2)), base::Error);
-  class Stop : public base::Progress {
-    bool update(double) override { return false; }
-  } stop;
-  EXPECT_THROW((void)fit_som(x, {.rows = 2, .columns = 2}, &stop), base::Error);
+}
+
+TEST(Som, TellsProgressAndCanBeStopped) {
+  const Eigen::MatrixXd x = reference_samples();
+  test::expect_told_and_stopped(4, [&](base::Progress* progress) {
+    (void)fit_som(x, {.rows = 2, .columns = 2, .epochs = 4}, progress);
+  });
 }
 
 }  // namespace

@@ -53,6 +53,13 @@ TEST_F(MapRoomTest, OpensWithAWalkAndAllThatIsDrawn) {
               0.1);
 }
 
+TEST_F(MapRoomTest, AWalkCanBeStopped) {
+  Json walk = state();
+  walk["seconds"] = 60;
+  EXPECT_THAT(opened_->told_when_stopped("/api/map/make", {{"state", walk}}),
+              ::testing::EndsWith("interrupted"));
+}
+
 TEST_F(MapRoomTest, AFrameLiesWhereThePoseIsLikeIt) {
   const Json placed = opened_->post_json("/api/map/place", {{"clip", "c0"}, {"frame", 40}});
   EXPECT_EQ(placed["key"], kTake + ":40");

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <future>
 #include <string>
+
+#include "laban/base/error.h"
 
 #include "studio.h"
 
@@ -23,6 +27,22 @@ class StudioClient {
   }
   Json post_json(const std::string& target, const Json& body) {
     return Json::parse(post(target, body.dump()).body);
+  }
+  /// What comes of a request that is asked to stop for as long as it is worked on.
+  std::string told_when_stopped(const std::string& target, const Json& body) {
+    std::atomic<bool> done = false;
+    auto told = std::async(std::launch::async, [&] {
+      std::string trouble = "it was done";
+      try {
+        (void)post(target, body.dump());
+      } catch (const base::Error& error) {
+        trouble = error.what();
+      }
+      done = true;
+      return trouble;
+    });
+    while (!done) (void)studio_.handle_at_once({"DELETE", "/api/work", {}, {}});
+    return told.get();
   }
 
  private:

@@ -69,6 +69,14 @@ TEST_F(TextureRoomTest, OpensWithHowTheFirstCaptureBegins) {
   for (const Json& part : motion.header["parts"]) EXPECT_EQ(part["jump"], false);
 }
 
+TEST_F(TextureRoomTest, MakingAndWalkingCanBeStopped) {
+  const auto interrupted = ::testing::EndsWith("interrupted");
+  EXPECT_THAT(opened_->told_when_stopped("/api/texture/make", {{"state", state()}}), interrupted);
+  const Json walk = {{"state", state()}, {"piece", 0}};
+  EXPECT_THAT(opened_->told_when_stopped("/api/texture/walk", walk), interrupted);
+  EXPECT_EQ(opened_->post("/api/texture/walk", walk.dump()).status, 200U);
+}
+
 TEST_F(TextureRoomTest, StretchesAndDrawsAnew) {
   Json longer = state();
   longer["textons"][0]["frames"] = 77;

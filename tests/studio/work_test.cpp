@@ -1,6 +1,9 @@
 #include "work.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "studio_client.h"
 
 namespace laban::studio {
 namespace {
@@ -28,6 +31,30 @@ TEST(Work, IsStoppedOnceAndGoesOnWithTheNextRequest) {
   }
   const Work::Turn next(work);
   EXPECT_TRUE(work.update(0.0));
+}
+
+TEST(Work, OfTheEffortRoomCanBeStoppedAndDoneAgain) {
+  StudioOptions options;
+  options.clips = {kTake};
+  StudioClient studio(options);
+  const Json clip = {{"clip", "c0"}};
+  const auto interrupted = ::testing::EndsWith("interrupted");
+  EXPECT_THAT(studio.told_when_stopped("/api/effort/open", clip), interrupted);
+  const Json opened = studio.post_json("/api/effort/open", clip);
+  Json request = {{"clip", "c0"}, {"state", opened["state"]}};
+  request["state"]["asked"]["time"] = 1.0;
+  EXPECT_THAT(studio.told_when_stopped("/api/effort/style", request), interrupted);
+  EXPECT_EQ(studio.post("/api/effort/style", request.dump()).status, 200U);
+}
+
+TEST(Work, OfTheLoopRoomCanBeStoppedAndDoneAgain) {
+  Json request = {{"clip", "c0"},
+                  {"state", post_json("/api/loop/open", {{"clip", "c0"}})["state"]}};
+  request["state"]["kind"] = "endless";
+  request["state"]["seconds"] = 60.0;
+  EXPECT_THAT(client().told_when_stopped("/api/loop/make", request),
+              ::testing::EndsWith("interrupted"));
+  EXPECT_EQ(post("/api/loop/make", request.dump()).status, 200U);
 }
 
 }  // namespace

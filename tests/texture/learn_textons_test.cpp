@@ -6,6 +6,7 @@
 #include "laban/base/error.h"
 #include "laban/math/statistics.h"
 #include "laban/texture/learn_texture.h"
+#include "support/listener.h"
 
 #include "samples.h"
 
@@ -161,30 +162,13 @@ TEST(LearnTextons, GoesOnFromAKeptStateToTheSameEnd) {
   EXPECT_EQ(rest.report.rounds.size(), whole.report.rounds.size());
 }
 
-class StopAfter : public base::Progress {
- public:
-  explicit StopAfter(int calls) : left_(calls) {}
-  bool update(double fraction) override {
-    EXPECT_GE(fraction, last_);
-    EXPECT_LE(fraction, 1.0);
-    last_ = fraction;
-    return left_-- > 0;
-  }
-
- private:
-  int left_;
-  double last_ = 0.0;
-};
-
-TEST(LearnTextons, StopsWhenAskedTo) {
+TEST(LearnTextons, TellsProgressAndCanBeStopped) {
   const KnownCorpus corpus = known_corpus(3, 2, 4, 1);
   TextureLearning options = four_states(0.0);
   options.threshold.reset();
-  for (const int calls : {0, 3, 6}) {
-    StopAfter progress(calls);
-    EXPECT_THROW((void)learn_textons(corpus.observations, corpus.takes, options, &progress),
-                 base::Error);
-  }
+  laban::test::expect_told_and_stopped(6, [&](base::Progress* progress) {
+    (void)learn_textons(corpus.observations, corpus.takes, options, progress);
+  });
 }
 
 TEST(LearnTextons, ATakeShorterThanASegmentIsOneSegment) {

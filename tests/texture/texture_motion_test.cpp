@@ -12,6 +12,7 @@
 #include "laban/motion/motion_quality.h"
 #include "laban/motion/retarget.h"
 #include "laban/texture/choreography.h"
+#include "support/listener.h"
 
 #include "synthetic_texture.h"
 
@@ -112,6 +113,29 @@ TEST(SynthesizePath, HitsItsEndsAndJoinsItsTextonsOnce) {
   ASSERT_EQ(made.parts.size(), 3U);
   EXPECT_EQ(made.parts[1].begin, 40);
   EXPECT_EQ(made.parts[2].end, 150);
+}
+
+TEST(SynthesizePath, WalkingAndPlayingTellProgressAndCanBeStopped) {
+  const std::vector<PlannedTexton> path(6, {0, 40});
+  PathMotion made;
+  laban::test::expect_told_and_stopped(6, [&](base::Progress* progress) {
+    made = synthesize_path(texture(), path, {}, {}, progress);
+  });
+  laban::test::expect_told_and_stopped(1, [&](base::Progress* progress) {
+    (void)play_observations(texture(), made.observations, {}, progress);
+  });
+  laban::test::expect_told_and_stopped(6, [&](base::Progress* progress) {
+    (void)TextureMotion(texture(), {.seed = 3}).next(600, progress);
+  });
+}
+
+// A walk that was stopped loses nothing: it goes on where it stood.
+TEST(TextureMotion, GoesOnAfterAStop) {
+  const motion::Clip whole = TextureMotion(texture(), {.seed = 3}).next(600).clip;
+  TextureMotion stopped(texture(), {.seed = 3});
+  laban::test::Listener hasty(4);
+  EXPECT_THROW((void)stopped.next(600, &hasty), base::Error);
+  EXPECT_EQ(largest_difference(stopped.next(600).clip, whole), 0.0);
 }
 
 // With nothing drawn a texton between the ends of a segment of its own is that segment.

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "support/listener.h"
 
 #include "toy_corpus.h"
 
@@ -128,6 +129,17 @@ TEST(ApplyStyle, NothingIsAskedButOfWhatIsSetByHand) {
   const AppliedStyle set = restyle(model, segmented, nothing, options);
   EXPECT_FALSE(set.snippets.front().kept);
   EXPECT_TRUE(set.snippets.back().kept);
+}
+
+TEST(ApplyStyle, CuttingAndRestylingTellProgressAndCanBeStopped) {
+  const StyleModel& model = test::toy_model();
+  SegmentedInput segmented;
+  test::expect_told_and_stopped(10, [&](base::Progress* progress) {
+    segmented = segment_input(model, two_actions(), {}, progress);
+  });
+  test::expect_told_and_stopped(
+      static_cast<int>(segmented.snippets.size()),
+      [&](base::Progress* progress) { (void)restyle(model, segmented, {strong()}, {}, progress); });
 }
 
 TEST(ApplyStyle, RefusesSnippetsThatAreNotThereAndOnesSetTwice) {

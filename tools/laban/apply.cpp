@@ -69,7 +69,8 @@ void apply_one(const ApplyVerb& verb) {
   (void)check_clip_output(verb.output, verb.writing);
   if (!verb.picture.empty()) (void)is_svg(verb.picture);
   const Styling styling = read_styling(verb.styling);
-  const StyledFile file = style_file(styling, verb.inputs.front(), verb.common);
+  const StyledFile file = style_file(styling, verb.inputs.front(), verb.common,
+                                     terminal_progress(verb.common, "styling").get());
   for (const std::string& caution : cautions(styling, file.applied, verb.inputs.front()))
     warn(verb.common, caution);
   write_styled(file, verb.output, verb.writing, verb.common);

@@ -44,9 +44,10 @@ std::string_view name_of(loop::LoopStep step) {
   return "";
 }
 
-MadeLoop make_endless(const LoopChoices& choices, const CapturedClip& input, int frames) {
+MadeLoop make_endless(const LoopChoices& choices, const CapturedClip& input, int frames,
+                      base::Progress* progress) {
   loop::EndlessLoop endless(input.capture, choices.resolved());
-  loop::LoopedClip looped = endless.next(frames);
+  loop::LoopedClip looped = endless.next(frames, progress);
   MadeLoop made{std::move(looped.clip), std::move(looped.source_frames),
                 endless.seams(),        {},
                 looped.foot_stances,    {}};
@@ -103,12 +104,13 @@ loop::LoopOptions LoopChoices::resolved() const {
   return resolved;
 }
 
-MadeLoop make_loop(const LoopChoices& choices, const CapturedClip& input) {
+MadeLoop make_loop(const LoopChoices& choices, const CapturedClip& input,
+                   base::Progress* progress) {
   if (choices.seamless) return make_seamless(choices, input);
   const auto frames = choices.length.resolved(input.capture.clip.frame_rate_hz());
   if (!frames)
     throw Error(ErrorKind::kUsage, "say how long: --frames N, --seconds S, --seamless or --stream");
-  return make_endless(choices, input, *frames);
+  return make_endless(choices, input, *frames, progress);
 }
 
 std::string loop_bytes(const CapturedClip& input, const MadeLoop& made, const std::string& path,

@@ -33,7 +33,8 @@ struct MadeLoop {
 };
 
 /// @throws Error{kUsage} if the choices do not go together, Error{kData} as the library.
-[[nodiscard]] MadeLoop make_loop(const LoopChoices& choices, const CapturedClip& input);
+[[nodiscard]] MadeLoop make_loop(const LoopChoices& choices, const CapturedClip& input,
+                                 base::Progress* progress = nullptr);
 
 /// The bytes of a loop as the file of that path holds them.
 [[nodiscard]] std::string loop_bytes(const CapturedClip& input, const MadeLoop& made,

@@ -114,7 +114,9 @@ void run(LoopSynthesizeVerb& verb) {
   (void)check_clip_output(verb.output, verb.writing);
   if (!verb.picture.empty()) (void)is_svg(verb.picture);
   const CapturedClip input = read_captured_clip(verb.input, verb.reading, verb.common);
-  const MadeLoop made = naming(verb.input, [&] { return make_loop(verb.choices, input); });
+  const MadeLoop made = naming(verb.input, [&] {
+    return make_loop(verb.choices, input, terminal_progress(verb.common, "making motion").get());
+  });
   write_bytes(verb.output, loop_bytes(input, made, verb.output, verb.writing, verb.common),
               verb.common);
   const Json json = report_json(verb, input, made);

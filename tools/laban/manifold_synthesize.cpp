@@ -225,7 +225,8 @@ void run(ManifoldSynthesizeVerb& verb) {
     verb.choices.walks = !verb.start.empty();
     verb.choices.points = asked_points(verb, manifold, keys);
   }
-  const MadeMapMotion made = make_map_motion(manifold, verb.choices);
+  const MadeMapMotion made = make_map_motion(manifold, verb.choices,
+                                             terminal_progress(verb.common, "making motion").get());
   write_clip(verb.output, made.clip, verb.common, {}, verb.writing);
   write_picture(verb, manifold, made.clip, made.path);
   std::vector<InputRecord> records{record};

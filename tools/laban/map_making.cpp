@@ -5,12 +5,13 @@
 namespace laban::cli {
 namespace {
 
-manifold::MapPath make_path(const manifold::PoseManifold& manifold, const MapChoices& choices) {
+manifold::MapPath make_path(const manifold::PoseManifold& manifold, const MapChoices& choices,
+                            base::Progress* progress) {
   if (choices.points.cols() == 0)
     throw base::Error(base::ErrorKind::kUsage, "there is no point on the map to go from");
   if (!choices.walks) return manifold::path_through(manifold, choices.points, choices.frames);
   base::Rng rng(choices.seed);
-  return manifold::markov_path(manifold, choices.points.col(0), choices.walk, rng);
+  return manifold::markov_path(manifold, choices.points.col(0), choices.walk, rng, progress);
 }
 
 manifold::PlayOptions play_options(const MapChoices& choices) {
@@ -24,9 +25,12 @@ manifold::PlayOptions play_options(const MapChoices& choices) {
 
 }  // namespace
 
-MadeMapMotion make_map_motion(const manifold::PoseManifold& manifold, const MapChoices& choices) {
-  manifold::MapPath path = make_path(manifold, choices);
-  motion::Clip clip = manifold::play(manifold, path, play_options(choices));
+MadeMapMotion make_map_motion(const manifold::PoseManifold& manifold, const MapChoices& choices,
+                              base::Progress* progress) {
+  base::ProgressPart walking(progress, 0.0, 0.4);
+  manifold::MapPath path = make_path(manifold, choices, &walking);
+  base::ProgressPart playing(progress, 0.4, 1.0);
+  motion::Clip clip = manifold::play(manifold, path, play_options(choices), &playing);
   return {std::move(path), std::move(clip)};
 }
 

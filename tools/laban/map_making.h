@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "laban/base/progress.h"
 #include "laban/manifold/map_path.h"
 #include "laban/manifold/pose_manifold.h"
 
@@ -27,6 +28,7 @@ struct MadeMapMotion {
 
 /// @throws as manifold::path_through, manifold::markov_path and manifold::play.
 [[nodiscard]] MadeMapMotion make_map_motion(const manifold::PoseManifold& manifold,
-                                            const MapChoices& choices);
+                                            const MapChoices& choices,
+                                            base::Progress* progress = nullptr);
 
 }  // namespace laban::cli

@@ -126,20 +126,20 @@ double StyledFile::speed() const {
 }
 
 SegmentedClip segment_clip(const transfer::StyleModel& model, CapturedClip input,
-                           const transfer::ApplyOptions& options) {
+                           const transfer::ApplyOptions& options, base::Progress* progress) {
   const auto begin = Clock::now();
-  transfer::SegmentedInput segmented =
-      transfer::segment_input(model, input.pose(model.frame_rate_hz()), options.segmentation);
+  transfer::SegmentedInput segmented = transfer::segment_input(
+      model, input.pose(model.frame_rate_hz()), options.segmentation, progress);
   return {std::move(input), std::move(segmented), seconds_since(begin)};
 }
 
-StyledFile style_segmented(const Styling& styling, SegmentedClip clip,
-                           transfer::PlayMemory& memory) {
+StyledFile style_segmented(const Styling& styling, SegmentedClip clip, transfer::PlayMemory& memory,
+                           base::Progress* progress) {
   const transfer::StyleModel& model = styling.model;
   const motion::Capture& capture = clip.input.capture;
   const auto begin = Clock::now();
   transfer::AppliedStyle applied =
-      transfer::restyle(memory, clip.segmented, styling.asked, styling.options.apply);
+      transfer::restyle(memory, clip.segmented, styling.asked, styling.options.apply, progress);
   transfer::StyledClip styled =
       transfer::play_style(model, applied, capture, {.hold_feet = !styling.options.no_foot_fix});
   const double seconds_taken = clip.seconds_taken + seconds_since(begin);
@@ -158,11 +158,15 @@ StyledFile style_segmented(const Styling& styling, SegmentedClip clip,
           input_skate_cm,        seconds_taken};
 }
 
-StyledFile style_file(const Styling& styling, const std::string& path, const Common& common) {
+StyledFile style_file(const Styling& styling, const std::string& path, const Common& common,
+                      base::Progress* progress) {
   CapturedClip input = read_captured_clip(path, styling.options.reading, common);
   transfer::PlayMemory memory(styling.model);
+  base::ProgressPart cutting(progress, 0.0, 0.5);
+  base::ProgressPart choosing(progress, 0.5, 1.0);
   return style_segmented(
-      styling, segment_clip(styling.model, std::move(input), styling.options.apply), memory);
+      styling, segment_clip(styling.model, std::move(input), styling.options.apply, &cutting),
+      memory, &choosing);
 }
 
 std::string styled_bytes(const CapturedClip& input, const transfer::StyledClip& styled,

@@ -56,7 +56,8 @@ struct SegmentedClip {
   double seconds_taken = 0.0;  ///< to cut it
 };
 [[nodiscard]] SegmentedClip segment_clip(const transfer::StyleModel& model, CapturedClip input,
-                                         const transfer::ApplyOptions& options);
+                                         const transfer::ApplyOptions& options,
+                                         base::Progress* progress = nullptr);
 
 /// One clip, styled.
 struct StyledFile {
@@ -77,10 +78,11 @@ struct StyledFile {
 
 /// Styles a clip; `memory` is of the styling's model.
 [[nodiscard]] StyledFile style_segmented(const Styling& styling, SegmentedClip clip,
-                                         transfer::PlayMemory& memory);
+                                         transfer::PlayMemory& memory,
+                                         base::Progress* progress = nullptr);
 /// Reads a clip and styles it. @throws naming the file.
 [[nodiscard]] StyledFile style_file(const Styling& styling, const std::string& path,
-                                    const Common& common);
+                                    const Common& common, base::Progress* progress = nullptr);
 
 /// The bytes of the styled clip as the file of that path.
 [[nodiscard]] std::string styled_bytes(const CapturedClip& input,

@@ -91,10 +91,13 @@ PinnedTexton pin_texton(const texture::MotionTexture& texture, const TextonBlock
 }  // namespace
 
 MadeTexture make_texture(const texture::MotionTexture& texture, const TextureChoices& choices,
-                         const texture::PathEnds& ends, const motion::PlanarPose& start) {
+                         const texture::PathEnds& ends, const motion::PlanarPose& start,
+                         base::Progress* progress) {
   std::vector<texture::PlannedTexton> path;
   for (const TextonBlock& block : choices.path) path.push_back(block.planned);
-  texture::PathMotion motion = texture::synthesize_path(texture, path, ends, choices.options);
+  base::ProgressPart solving(progress, 0.0, 0.5);
+  texture::PathMotion motion =
+      texture::synthesize_path(texture, path, ends, choices.options, &solving);
   texture::PlayOptions playing{.hold_feet = choices.options.hold_feet, .start = start};
   if (ends.from) playing.kept_frames = {0, static_cast<int>(motion.observations.cols()) - 1};
   std::vector<PinnedTexton> pinned;
@@ -112,7 +115,8 @@ MadeTexture make_texture(const texture::MotionTexture& texture, const TextureCho
       playing.kept_frames.push_back(static_cast<int>(part.begin) + frame);
   }
   std::sort(playing.kept_frames.begin(), playing.kept_frames.end());
-  return {texture::play_observations(texture, motion.observations, playing),
+  base::ProgressPart showing(progress, 0.5, 1.0);
+  return {texture::play_observations(texture, motion.observations, playing, &showing),
           std::move(motion.parts), std::move(pinned)};
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "laban/base/progress.h"
 #include "laban/motion/standard_joint.h"
 #include "laban/texture/motion_texture.h"
 #include "laban/texture/texture_motion.h"
@@ -48,6 +49,7 @@ struct MadeTexture {
 [[nodiscard]] MadeTexture make_texture(const texture::MotionTexture& texture,
                                        const TextureChoices& choices,
                                        const texture::PathEnds& ends = {},
-                                       const motion::PlanarPose& start = {});
+                                       const motion::PlanarPose& start = {},
+                                       base::Progress* progress = nullptr);
 
 }  // namespace laban::cli

@@ -50,32 +50,37 @@ texture::TextureMotionOptions resolved(const TextureSynthesizeVerb& verb) {
 }
 
 MadeTexture make_choreography(const TextureSynthesizeVerb& verb,
-                              const texture::MotionTexture& texture, PoseReader& poses) {
+                              const texture::MotionTexture& texture, PoseReader& poses,
+                              base::Progress* progress) {
   const texture::PathEnds ends{poses.pair("--from", verb.from, 1), poses.pair("--to", verb.to, -1)};
   const texture::Choreography plan = texture::plan_choreography(
       texture, *ends.from, *ends.to, *verb.length.resolved(texture.frame_rate_hz));
   TextureChoices choices{{}, resolved(verb)};
   for (const texture::PlannedTexton& planned : plan.path) choices.path.push_back({planned, {}});
-  return make_texture(texture, choices, ends, poses.place("--from", verb.from));
+  return make_texture(texture, choices, ends, poses.place("--from", verb.from), progress);
 }
 
-MadeTexture make_path(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
+MadeTexture make_path(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
+                      base::Progress* progress) {
   TextureChoices choices{{}, resolved(verb)};
   for (const int texton : verb.path) choices.path.push_back({{texton, std::nullopt}, {}});
-  return make_texture(texture, choices);
+  return make_texture(texture, choices, {}, {}, progress);
 }
 
-MadeTexture make_walk(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture) {
+MadeTexture make_walk(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
+                      base::Progress* progress) {
   texture::TextureMotion motion(texture, resolved(verb));
-  texture::TextureClip made = motion.next(*verb.length.resolved(texture.frame_rate_hz));
+  texture::TextureClip made = motion.next(*verb.length.resolved(texture.frame_rate_hz), progress);
   return {std::move(made.clip), std::move(made.parts), {}};
 }
 
 MadeTexture make(const TextureSynthesizeVerb& verb, const texture::MotionTexture& texture,
                  PoseReader& poses) {
-  if (verb.set) return make_texture(texture, *verb.set);
-  if (!verb.from.empty()) return make_choreography(verb, texture, poses);
-  return verb.path.empty() ? make_walk(verb, texture) : make_path(verb, texture);
+  const auto told = terminal_progress(verb.common, "making motion");
+  if (verb.set) return make_texture(texture, *verb.set, {}, {}, told.get());
+  if (!verb.from.empty()) return make_choreography(verb, texture, poses, told.get());
+  return verb.path.empty() ? make_walk(verb, texture, told.get())
+                           : make_path(verb, texture, told.get());
 }
 
 /// Rows to stdout as they are made.

@@ -40,8 +40,8 @@ std::vector<double> curve_alphas() {
 
 }  // namespace
 
-EffortRoom::EffortRoom(const Stage& stage, const std::string& model)
-    : stage_(stage), styling_(styling_of(stage, model)), memory_(styling_.model) {}
+EffortRoom::EffortRoom(const Stage& stage, const std::string& model, Work& work)
+    : stage_(stage), work_(work), styling_(styling_of(stage, model)), memory_(styling_.model) {}
 
 Routes EffortRoom::routes() {
   return {{"POST /api/effort/open",
@@ -65,7 +65,7 @@ const cli::SegmentedClip& EffortRoom::segmented(const std::string& clip) {
       .emplace(clip, cli::naming(open.path,
                                  [&] {
                                    return cli::segment_clip(styling_.model, open.clip,
-                                                            styling_.options.apply);
+                                                            styling_.options.apply, &work_);
                                  }))
       .first->second;
 }
@@ -83,7 +83,7 @@ void EffortRoom::take(const Json& json) {
 }
 
 transfer::AppliedStyle EffortRoom::applied(const cli::SegmentedClip& clip) {
-  return transfer::restyle(memory_, clip.segmented, styling_.asked, styling_.options.apply);
+  return transfer::restyle(memory_, clip.segmented, styling_.asked, styling_.options.apply, &work_);
 }
 
 transfer::StyledClip EffortRoom::played(const cli::SegmentedClip& clip,

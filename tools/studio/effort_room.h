@@ -6,6 +6,7 @@
 
 #include "effort_state.h"
 #include "stage.h"
+#include "work.h"
 
 namespace laban::studio {
 
@@ -14,7 +15,7 @@ namespace laban::studio {
 class EffortRoom {
  public:
   /// @param model  path; empty: the default model.
-  EffortRoom(const Stage& stage, const std::string& model);
+  EffortRoom(const Stage& stage, const std::string& model, Work& work);
 
   [[nodiscard]] Routes routes();
 
@@ -40,6 +41,7 @@ class EffortRoom {
                             const transfer::StyledClip& styled, bool draft) const;
 
   const Stage& stage_;
+  Work& work_;
   cli::Styling styling_;
   transfer::PlayMemory memory_;
   std::map<std::string, cli::SegmentedClip> segmented_;  // by clip

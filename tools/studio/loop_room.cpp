@@ -43,7 +43,7 @@ Json LoopRoom::turns(const Json& request) const {
 cli::MadeLoop LoopRoom::make(const Json& request) const {
   const OpenClip& open = stage_.at(text_at(request, "clip"));
   const cli::LoopState state = cli::read_loop_state(at(request, "state"), "the state");
-  return cli::naming(open.path, [&] { return cli::make_loop(state.choices, open.clip); });
+  return cli::naming(open.path, [&] { return cli::make_loop(state.choices, open.clip, &work_); });
 }
 
 Response LoopRoom::made(const Json& request) const {

@@ -2,6 +2,7 @@
 
 #include "loop_state.h"
 #include "stage.h"
+#include "work.h"
 
 namespace laban::studio {
 
@@ -9,7 +10,7 @@ namespace laban::studio {
 /// (cli::LoopState), and nothing of it is remembered here.
 class LoopRoom {
  public:
-  explicit LoopRoom(const Stage& stage) : stage_(stage) {}
+  LoopRoom(const Stage& stage, Work& work) : stage_(stage), work_(work) {}
 
   [[nodiscard]] Routes routes();
 
@@ -26,6 +27,7 @@ class LoopRoom {
   [[nodiscard]] cli::MadeLoop make(const Json& request) const;
 
   const Stage& stage_;
+  Work& work_;
 };
 
 }  // namespace laban::studio

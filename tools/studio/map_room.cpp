@@ -81,8 +81,8 @@ Eigen::Vector2d point_of(const Json& request) {
 
 }  // namespace
 
-MapRoom::MapRoom(const Stage& stage, std::string path)
-    : stage_(stage), path_(std::move(path)), manifold_(read_manifold(path_)) {}
+MapRoom::MapRoom(const Stage& stage, std::string path, Work& work)
+    : stage_(stage), work_(work), path_(std::move(path)), manifold_(read_manifold(path_)) {}
 
 Routes MapRoom::routes() {
   return {
@@ -154,7 +154,7 @@ cli::MadeMapMotion MapRoom::make(const Json& request) const {
     throw HttpError(409, "the state is of the manifold '" + state.manifold +
                              "'; open it with: laban studio --manifold " + state.manifold);
   }
-  return cli::make_map_motion(manifold_, state.choices);
+  return cli::make_map_motion(manifold_, state.choices, &work_);
 }
 
 Response MapRoom::made(const Json& request) const {

@@ -4,6 +4,7 @@
 
 #include "map_state.h"
 #include "stage.h"
+#include "work.h"
 
 namespace laban::studio {
 
@@ -12,7 +13,7 @@ namespace laban::studio {
 class MapRoom {
  public:
   /// @param path  of the manifold. @throws as cli::read_manifold_file.
-  MapRoom(const Stage& stage, std::string path);
+  MapRoom(const Stage& stage, std::string path, Work& work);
 
   [[nodiscard]] Routes routes();
 
@@ -34,6 +35,7 @@ class MapRoom {
   [[nodiscard]] cli::MadeMapMotion make(const Json& request) const;
 
   const Stage& stage_;
+  Work& work_;
   std::string path_;
   manifold::PoseManifold manifold_;
 };

@@ -7,7 +7,7 @@
 namespace laban::studio {
 
 Studio::Studio(const StudioOptions& options, std::string page, const cli::Common& common)
-    : page_(std::move(page)), stage_(options.reading, common), loop_(stage_) {
+    : page_(std::move(page)), stage_(options.reading, common), loop_(stage_, work_) {
   routes_ = {{"GET /", [this](const Request&) { return this->page(); }},
              {"GET /api/studio", [this](const Request&) { return json_response(overview()); }}};
   for (const std::string& clip : options.clips) stage_.open(clip);
@@ -18,14 +18,14 @@ Studio::Studio(const StudioOptions& options, std::string page, const cli::Common
   } else {
     routes_.merge(loop_.routes());
     if (!options.texture.empty()) {
-      texture_.emplace(stage_, options.texture);
+      texture_.emplace(stage_, options.texture, work_);
       routes_.merge(texture_->routes());
     }
     if (!options.manifold.empty()) {
-      map_.emplace(stage_, options.manifold);
+      map_.emplace(stage_, options.manifold, work_);
       routes_.merge(map_->routes());
     }
-    effort_.emplace(stage_, options.model);
+    effort_.emplace(stage_, options.model, work_);
     routes_.merge(effort_->routes());
   }
 }

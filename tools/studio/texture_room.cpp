@@ -30,8 +30,8 @@ bool same(const texture::TextureMotionOptions& a, const texture::TextureMotionOp
 
 }  // namespace
 
-TextureRoom::TextureRoom(const Stage& stage, std::string path)
-    : stage_(stage), path_(std::move(path)), texture_(read_texture(path_)) {}
+TextureRoom::TextureRoom(const Stage& stage, std::string path, Work& work)
+    : stage_(stage), work_(work), path_(std::move(path)), texture_(read_texture(path_)) {}
 
 Routes TextureRoom::routes() {
   return {
@@ -99,7 +99,8 @@ cli::TextureState TextureRoom::state_of(const Json& request) const {
 }
 
 Response TextureRoom::made(const Json& request) const {
-  const cli::MadeTexture made = cli::make_texture(texture_, state_of(request).choices);
+  const cli::MadeTexture made =
+      cli::make_texture(texture_, state_of(request).choices, {}, {}, &work_);
   Json pinned = Json::array();
   for (const cli::PinnedTexton& one : made.pinned) {
     pinned.push_back({{"part", one.part},
@@ -116,7 +117,8 @@ Response TextureRoom::made(const Json& request) const {
 Response TextureRoom::exported(const Json& request, const std::string& format) const {
   require_clip_format(format);
   const std::string name = std::filesystem::path(path_).stem().string() + "." + format;
-  const cli::MadeTexture made = cli::make_texture(texture_, state_of(request).choices);
+  const cli::MadeTexture made =
+      cli::make_texture(texture_, state_of(request).choices, {}, {}, &work_);
   return {200, "application/octet-stream", cli::clip_bytes(name, made.clip, stage_.common()), name};
 }
 
@@ -126,9 +128,10 @@ Response TextureRoom::walk(const Json& request) {
   if (!walk_ || !same(walk_->options, options) || walk_->given > piece)
     walk_.emplace(Walk{options, texture::TextureMotion(texture_, options), 0});
   const int frames = std::max(1, static_cast<int>(std::lround(kPieceS * texture_.frame_rate_hz)));
-  for (; walk_->given < piece; ++walk_->given) static_cast<void>(walk_->motion.next(frames));
+  for (; walk_->given < piece; ++walk_->given)
+    static_cast<void>(walk_->motion.next(frames, &work_));
   ++walk_->given;
-  const texture::TextureClip made = walk_->motion.next(frames);
+  const texture::TextureClip made = walk_->motion.next(frames, &work_);
   MotionMessage message{made.clip, texture_.rig.humanoid};
   message.more = {{"parts", cli::to_json(made.parts)}};
   return {200, "application/x-laban-motion", motion_bytes(message)};

@@ -6,6 +6,7 @@
 
 #include "stage.h"
 #include "texture_state.h"
+#include "work.h"
 
 namespace laban::studio {
 
@@ -14,7 +15,7 @@ namespace laban::studio {
 class TextureRoom {
  public:
   /// @param path  of the texture. @throws as cli::read_texture_file.
-  TextureRoom(const Stage& stage, std::string path);
+  TextureRoom(const Stage& stage, std::string path, Work& work);
 
   [[nodiscard]] Routes routes();
 
@@ -38,6 +39,7 @@ class TextureRoom {
   [[nodiscard]] cli::TextureState state_of(const Json& request) const;
 
   const Stage& stage_;
+  Work& work_;
   std::string path_;
   texture::MotionTexture texture_;
   std::optional<Walk> walk_;

@@ -7,6 +7,8 @@
 
 #include <Eigen/Dense>
 
+#include "laban/base/progress.h"
+
 namespace laban::align {
 
 /// A run of input frames that plays one fragment from its first frame to its last.
@@ -52,13 +54,14 @@ struct Segmentation {
 /// @returns nothing if the slope limit leaves no path (an input of too few frames for any chain);
 ///          always a value with free steps.
 /// @throws Error{kUsage} if `options` has problems; Error{kData} if a sequence is empty, D differs
-///         or a value is not finite.
+///         or a value is not finite; Error{kUsage} "interrupted" if progress asks.
 /// Time O(D T S), S = sum of T_i; memory O(T + D S), beside the input's own. Ties: as in dtw;
 /// staying in a fragment before entering a new one; the lowest fragment index. With free steps the
 /// snippets are found in single precision (chains within about 1e-5 of the mean cell of each other
 /// are ties), and their costs are those of dtw in double precision.
 [[nodiscard]] std::optional<Segmentation> segment(const Eigen::Ref<const Eigen::MatrixXd>& input,
                                                   std::span<const Eigen::MatrixXd> fragments,
-                                                  const SegmentOptions& options = {});
+                                                  const SegmentOptions& options = {},
+                                                  base::Progress* progress = nullptr);
 
 }  // namespace laban::align

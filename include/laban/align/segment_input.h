@@ -8,6 +8,7 @@
 
 #include "laban/align/content_metric.h"
 #include "laban/align/one_stage_dp.h"
+#include "laban/base/progress.h"
 #include "laban/motion/pose_matrix.h"
 
 namespace laban::align {
@@ -91,11 +92,10 @@ struct InputSegmentation {
 ///
 /// @param input  at the fragments' frame rate.
 /// @returns nothing if the slope limit leaves no path.
-/// @throws Error{kUsage} if `options` has problems; Error{kData} as `segment`, or if the frame
-/// rates
-///         differ.
+/// @throws Error{kUsage} if `options` has problems, or "interrupted" if progress asks; Error{kData}
+///         as `segment`, or if the frame rates differ.
 [[nodiscard]] std::optional<InputSegmentation> segment_input(
     const motion::PoseMatrix& input, const FragmentSet& fragments,
-    const SegmentInputOptions& options = {});
+    const SegmentInputOptions& options = {}, base::Progress* progress = nullptr);
 
 }  // namespace laban::align

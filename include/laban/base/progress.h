@@ -11,4 +11,23 @@ class Progress {
   [[nodiscard]] virtual bool update(double fraction) = 0;
 };
 
+/// Tells a listener, if there is one.
+/// @throws Error{kUsage} "interrupted" if it asks the work to stop.
+void tell(Progress* progress, double fraction);
+
+/// The stretch from `begin` to `end` of longer work, for what does that part of it.
+class ProgressPart final : public Progress {
+ public:
+  /// @param whole  may be null.
+  ProgressPart(Progress* whole, double begin, double end)
+      : whole_(whole), begin_(begin), end_(end) {}
+
+  [[nodiscard]] bool update(double fraction) override;
+
+ private:
+  Progress* whole_;
+  double begin_;
+  double end_;
+};
+
 }  // namespace laban::base

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "laban/base/progress.h"
 #include "laban/loop/graph_cut_seam.h"
 #include "laban/loop/turning_points.h"
 #include "laban/motion/clip.h"
@@ -110,8 +111,9 @@ class EndlessLoop {
   EndlessLoop& operator=(EndlessLoop&&) noexcept;
   ~EndlessLoop();
 
-  /// The next frames. @throws Error{kUsage} unless frame_count >= 1.
-  [[nodiscard]] LoopedClip next(int frame_count);
+  /// The next frames.
+  /// @throws Error{kUsage} unless frame_count >= 1; "interrupted" if progress asks.
+  [[nodiscard]] LoopedClip next(int frame_count, base::Progress* progress = nullptr);
 
   [[nodiscard]] const Turning& turning() const noexcept;
   [[nodiscard]] const std::vector<FoundSeam>& seams() const noexcept;

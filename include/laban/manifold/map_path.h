@@ -7,6 +7,7 @@
 
 #include <Eigen/Dense>
 
+#include "laban/base/progress.h"
 #include "laban/base/rng.h"
 #include "laban/manifold/pose_manifold.h"
 #include "laban/motion/clip.h"
@@ -68,9 +69,10 @@ struct WalkOptions {
 /// so each is a few hundredths). Where nothing is known to follow, the walk goes on to the
 /// primitive of nearest pose not just left, and counts a jump.
 ///
-/// @throws Error{kUsage} if `options` has problems.
+/// @throws Error{kUsage} if `options` has problems, or "interrupted" if progress asks.
 [[nodiscard]] MapPath markov_path(const PoseManifold& manifold, const Eigen::Vector2d& start,
-                                  const WalkOptions& options, base::Rng& rng);
+                                  const WalkOptions& options, base::Rng& rng,
+                                  base::Progress* progress = nullptr);
 
 /// How travel over the ground is rebuilt, which poses on the map do not hold.
 enum class Travel {
@@ -94,8 +96,9 @@ struct PlayOptions {
 /// those of the captures at each place of the map, times how far the body moves along with them
 /// there: 1 as captured, -1 played backwards, at most twice as fast.
 ///
-/// @throws Error{kData} if the path has no frame.
+/// @throws Error{kData} if the path has no frame; Error{kUsage} "interrupted" if progress asks.
 [[nodiscard]] motion::Clip play(const PoseManifold& manifold, const MapPath& path,
-                                const PlayOptions& options = {});
+                                const PlayOptions& options = {},
+                                base::Progress* progress = nullptr);
 
 }  // namespace laban::manifold

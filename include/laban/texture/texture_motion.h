@@ -9,6 +9,7 @@
 
 #include <Eigen/Dense>
 
+#include "laban/base/progress.h"
 #include "laban/motion/clip.h"
 #include "laban/motion/pose_matrix.h"
 #include "laban/texture/motion_texture.h"
@@ -69,8 +70,8 @@ class TextureMotion {
 
   /// The next frames; they do not depend on how many are asked for at a time. The root begins above
   /// the origin, facing +Z.
-  /// @throws Error{kUsage} unless frame_count >= 1.
-  [[nodiscard]] TextureClip next(int frame_count);
+  /// @throws Error{kUsage} unless frame_count >= 1; "interrupted" if progress asks.
+  [[nodiscard]] TextureClip next(int frame_count, base::Progress* progress = nullptr);
 
  private:
   class Impl;
@@ -98,11 +99,12 @@ struct PathMotion {
 
 /// Synthesises the textons of a path one after the other, joined as by TextureMotion.
 /// @throws Error{kUsage} if `options` has problems, the path is empty, names what is no texton or a
-///         length below 5, or an end is not d x 2.
+///         length below 5, or an end is not d x 2; "interrupted" if progress asks.
 [[nodiscard]] PathMotion synthesize_path(const MotionTexture& texture,
                                          std::span<const PlannedTexton> path,
                                          const PathEnds& ends = {},
-                                         const TextureMotionOptions& options = {});
+                                         const TextureMotionOptions& options = {},
+                                         base::Progress* progress = nullptr);
 
 struct PlayOptions {
   /// Whether feet are held where they stand, if the texture knows a floor.
@@ -115,9 +117,11 @@ struct PlayOptions {
 };
 
 /// Observations as a clip on the texture's rig.
-/// @throws Error{kUsage} if there is no frame or they have other rows than the texture's.
+/// @throws Error{kUsage} if there is no frame or they have other rows than the texture's;
+///         "interrupted" if progress asks.
 [[nodiscard]] motion::Clip play_observations(const MotionTexture& texture,
                                              const Eigen::Ref<const Eigen::MatrixXd>& observations,
-                                             const PlayOptions& options = {});
+                                             const PlayOptions& options = {},
+                                             base::Progress* progress = nullptr);
 
 }  // namespace laban::texture

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "laban/align/segment_input.h"
+#include "laban/base/progress.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/join.h"
 #include "laban/transfer/asked_effort.h"
@@ -106,11 +107,14 @@ struct AppliedStyle {
 /// @throws Error{kUsage} if `asked` or `options` have problems, or a blend by hand is of a snippet
 ///         that there is not or breaks a rule of BlendSearch::of_pair; Error{kData} if (strict) a
 ///         snippet matches no content, naming it and the contents that the model knows.
+/// @throws Error{kUsage} "interrupted" if progress asks.
 [[nodiscard]] AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
-                                   const AskedEffort& asked, const ApplyOptions& options = {});
+                                   const AskedEffort& asked, const ApplyOptions& options = {},
+                                   base::Progress* progress = nullptr);
 /// The same again, with what earlier calls found out about the fragments: for target after target.
 [[nodiscard]] AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented,
-                                   const AskedEffort& asked, const ApplyOptions& options = {});
+                                   const AskedEffort& asked, const ApplyOptions& options = {},
+                                   base::Progress* progress = nullptr);
 
 /// segment_input, then restyle: METHODS 1.5-1.6.
 /// @throws as these.

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "laban/align/segment_input.h"
+#include "laban/base/progress.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/pose_matrix.h"
 #include "laban/transfer/style_model.h"
@@ -37,9 +38,10 @@ inline constexpr double kShortestInputS = 0.25;
 
 /// Cuts an input into snippets that each show the content of one fragment of the model.
 /// @param input  at the model's frame rate (motion::resample the clip first).
-/// @throws Error{kUsage} if `options` has problems; Error{kData} if the rates differ, the input is
-///         shorter than kShortestInputS or cannot be segmented.
+/// @throws Error{kUsage} if `options` has problems, or "interrupted" if progress asks; Error{kData}
+///         if the rates differ, the input is shorter than kShortestInputS or cannot be segmented.
 [[nodiscard]] SegmentedInput segment_input(const StyleModel& model, const motion::PoseMatrix& input,
-                                           const align::SegmentInputOptions& options = {});
+                                           const align::SegmentInputOptions& options = {},
+                                           base::Progress* progress = nullptr);
 
 }  // namespace laban::transfer
