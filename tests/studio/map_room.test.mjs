@@ -32,6 +32,30 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
       await settled(page);
       assert.notEqual(await pixels(page, canvas), pose);
 
+      // Play with the pointer over the map: the motion, from the moment at which it stood.
+      await page.keyboard.press(" ");
+      await page.waitForSelector(".captions :text('motion')");
+      await page.mouse.move(...at(0.61, 0.7));
+      await page.waitForTimeout(200);
+      assert.match(await page.locator(".captions").innerText(), /motion/);
+      await page.keyboard.press(" ");
+      await page.mouse.move(...at(0.6, 0.7));
+      await page.waitForSelector(".captions :text('pose at')");
+      await page.mouse.move(5, 400);
+      await page.waitForSelector(".captions :text('motion')");
+
+      // A line that is given up leaves nothing.
+      await page.mouse.move(...at(0.2, 0.2));
+      await page.mouse.down();
+      await page.mouse.move(...at(0.5, 0.5), {steps: 4});
+      assert.notEqual(await page.locator(".sketch").getAttribute("d"), "");
+      await page.keyboard.press("Escape");
+      await page.mouse.up();
+      await settled(page);
+      assert.equal(await page.locator(".sketch").getAttribute("d"), "");
+      assert.match(await page.locator(".map-room .quality").innerText(), /Primitives/);
+      assert.ok(await page.getByLabel("Frames", {exact: true}).isDisabled());
+
       await page.mouse.move(...at(0.3, 0.3));
       await page.mouse.down();
       for (let n = 1; n <= 20; ++n) await page.mouse.move(...at(0.3 + 0.02 * n, 0.3 + 0.15 * Math.sin(n / 5)));
@@ -50,6 +74,7 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
       assert.notEqual(await runner(), before, "what was drawn is not played");
       await page.getByRole("button", {name: "Pause", exact: true}).click();
       const points = await page.locator(".map-room li").count();
+      assert.ok(await page.getByLabel("Frames", {exact: true}).isEnabled());
       assert.ok(points >= 3 && points <= 12, `${points} points`);
       assert.match(await page.locator(".map-room .quality").innerText(), /Points are passed at frames 0, /);
       await page.getByRole("button", {name: "Pin this frame"}).click();
@@ -60,6 +85,19 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
       await settled(page);
       assert.match(await page.locator(".map-room li").last().innerText(), /take\.bvh:\d+/);
       await page.screenshot({path: "map_path.png"});
+
+      // A waypoint takes its number along, and goes back where the pointer is lost.
+      const waypoint = page.locator(".waypoint").nth(1), number = waypoint.locator("text");
+      const stood = await number.boundingBox(), column = page.getByLabel("column of point 2"), value = await column.inputValue();
+      await page.mouse.move(stood.x + stood.width / 2, stood.y + stood.height / 2);
+      await page.mouse.down();
+      await page.mouse.move(stood.x + 40, stood.y + 30, {steps: 3});
+      assert.ok((await number.boundingBox()).x > stood.x + 20);
+      await page.locator(".pose-map svg").evaluate(picture => picture.dispatchEvent(new PointerEvent("pointercancel", {pointerId: 1})));
+      assert.equal((await number.boundingBox()).x, stood.x);
+      await page.mouse.up();
+      await settled(page);
+      assert.equal(await column.inputValue(), value);
 
       const state = await downloaded(page, () => page.getByRole("button", {name: "Save state"}).click());
       await writeFile(path.join(work, "room.json"), state.bytes);

@@ -122,7 +122,13 @@ TEST_F(MapRoomTest, NamesWhatIsWrongWithARequest) {
   refused([](Json& state) { state["points"][0]["more"] = 1; }, "'more'");
   refused([](Json& state) { state["travel"] = "fly"; }, "'travel' is none of");
   refused([](Json& state) { state["seconds"] = 1e5; }, "'seconds' must be");
-  refused([](Json& state) { state["frames"] = 0; }, "'frames' must be");
+  refused([](Json& state) { state["frames"] = 70; }, "'frames' is of a path");
+  refused(
+      [](Json& state) {
+        state["way"] = "path";
+        state["frames"] = 0;
+      },
+      "'frames' must be");
   refused([](Json& state) { state["manifold"] = "other.manifold"; }, "--manifold other.manifold");
   for (const char* body : {"{}", "{\"point\": [1]}", "{\"point\": [1, \"2\"]}"})
     EXPECT_EQ(status_of([&] { (void)opened_->post("/api/map/pose", body); }), 400U) << body;

@@ -148,6 +148,22 @@ test("a pin stays where its block can be pinned, and joins do not run into each 
       await page.mouse.up();
       await settled(page);
       assert.match(await page.locator(".pins").innerText(), /block 1, frame 0, left hand/);
+
+      // Drags that are given up leave what was there.
+      const pinned = await page.locator(".pins").innerText(), box = await page.locator(".texton-line .snippet").first().boundingBox();
+      const foot = await page.locator(".handle").last().boundingBox(), screen = await pixels(page, ".screen canvas");
+      for (const from of [{x: foot.x + 9, y: foot.y + 9}, {x: box.x + box.width / 2, y: box.y + 5}, {x: box.x + box.width - 3, y: box.y + 5}]) {
+        await page.mouse.move(from.x, from.y);
+        await page.mouse.down();
+        await page.mouse.move(from.x + 30, from.y, {steps: 4});
+        await page.keyboard.press("Escape");
+        await page.mouse.up();
+        await settled(page);
+      }
+      assert.equal(await page.locator(".pins").innerText(), pinned);
+      assert.deepEqual(await page.locator(".texton-line .snippet").first().boundingBox(), box);
+      await page.mouse.move(5, 5);
+      assert.equal(await pixels(page, ".screen canvas"), screen);
       const frames = async () => Number((await page.locator(".texture-room .quality").innerText()).match(/(\d+) frames/)[1]);
       const before = await frames(), first = page.locator(".texton-line .snippet").first();
       await first.focus();

@@ -59,7 +59,10 @@ MapState read_map_state(const Json& json, const std::string& name) {
   MapChoices& choices = state.choices;
   choices.walks = reader.text_of("way", {"path", "walk"}) == "walk";
   read_points(reader, state, name);
-  if (reader.find("frames") != nullptr) choices.frames = reader.count("frames", 1, 1'000'000);
+  if (reader.find("frames") != nullptr) {
+    if (choices.walks) reader.fail_at("frames", "is of a path; a walk is as long as its 'seconds'");
+    choices.frames = reader.count("frames", 1, 1'000'000);
+  }
   choices.walk.seconds = reader.number("seconds", 0.1, 3600.0);
   choices.walk.perturb = reader.number("perturb", 0.0, 1e3);
   choices.seed = static_cast<std::uint64_t>(reader.count("seed", 0, 1'000'000));

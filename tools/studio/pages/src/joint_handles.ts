@@ -1,6 +1,7 @@
 // Handles on joints of who is on the stage: dragged in the plane of the picture, they tell where to.
 import * as THREE from "three";
 import {el} from "./dom";
+import {follow} from "./drag";
 import type {Pane} from "./pane";
 
 export interface JointHandlesUse {
@@ -8,6 +9,8 @@ export interface JointHandlesUse {
   parts: string[];
   /** Where a joint is dragged to, metres; `done` with the last of it. */
   dragged: (part: string, place: [number, number, number], done: boolean) => void;
+  /** A drag was given up. */
+  givenUp: () => void;
 }
 
 export class JointHandles {
@@ -62,14 +65,16 @@ export class JointHandles {
       return [world.x, world.y, world.z];
     };
     this.held = part;
-    handle.setPointerCapture(event.pointerId);
-    const moving = (next: PointerEvent) => this.use.dragged(part, placeOf(next), false);
-    handle.addEventListener("pointermove", moving);
-    const end = (last: PointerEvent) => {
-      handle.removeEventListener("pointermove", moving);
-      this.held = null;
-      this.use.dragged(part, placeOf(last), true);
-    };
-    handle.addEventListener("pointerup", end, {once: true});
+    follow(handle, event, {
+      moved: next => this.use.dragged(part, placeOf(next), false),
+      dropped: last => {
+        this.held = null;
+        this.use.dragged(part, placeOf(last), true);
+      },
+      givenUp: () => {
+        this.held = null;
+        this.use.givenUp();
+      },
+    });
   }
 }

@@ -1,5 +1,6 @@
 // Curves over a line, as SVG: Effort over alpha, Effort over time.
 import {el, svg} from "./dom";
+import {follow} from "./drag";
 
 export interface Curve {
   name: string;
@@ -100,19 +101,14 @@ export class LineChart {
       const [low, high] = this.area.x;
       return Math.max(low, Math.min(low + (x - LEFT) / (this.width - LEFT - 4) * (high - low), high));
     };
-    let held = false;
     this.root.classList.add("takes-pointer");
     this.root.addEventListener("pointerdown", event => {
-      held = true;
-      this.root.setPointerCapture(event.pointerId);
       this.picked?.(at(event), false);
-    });
-    this.root.addEventListener("pointermove", event => {
-      if (held) this.picked?.(at(event), false);
-    });
-    this.root.addEventListener("pointerup", event => {
-      if (held) this.picked?.(at(event), true);
-      held = false;
+      follow(this.root, event, {
+        moved: next => this.picked?.(at(next), false),
+        dropped: last => this.picked?.(at(last), true),
+        givenUp: () => this.picked?.(at(event), true),
+      });
     });
   }
 }

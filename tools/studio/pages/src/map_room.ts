@@ -34,12 +34,16 @@ interface MapState {
 
 const point = ([column, row]: Point, key: string | null = null): MapPoint => ({column, row, key});
 
+/** CLIP:FRAME without the folders. */
+const named = (key: string) => key.replace(/.*\//, "");
+
 export class MapRoom implements Room {
   readonly id = "map";
   readonly title = "Map";
   private readonly stage = new Stage();
   private readonly tools: StateTools<MapState>;
   private readonly fields: Field<MapState>[];
+  private readonly frames: HTMLInputElement;
   private readonly list = el("ol", {class: "points", "aria-label": "Points of the path"});
   private readonly told = el("p", {class: "quality", "aria-live": "polite"});
   private readonly placed = el("p", {class: "legend placed", "aria-live": "polite"});
@@ -50,7 +54,8 @@ export class MapRoom implements Room {
   private clip: ClipInfo | null = null;
   private input: StagedClip | null = null;
   private output: Motion | null = null;
-  private hovering = false;
+  /** The moment that was shown before a pose under the pointer took the motion's place; null: none did. */
+  private rest: number | null = null;
   /** What was drawn is played as soon as it is made. */
   private playsNext = false;
 
@@ -64,10 +69,12 @@ export class MapRoom implements Room {
       adopted: (saved, {manifold}) => ({...saved, manifold}),
     });
     const fields = new Fields<MapState>((edit, kind) => this.tools.change(edit, kind));
+    const frames = fields.number<number | null>("Frames", [1, 100000, 1], state => state.frames, (state, value) => state.frames = value, null);
+    this.frames = frames.root.querySelector("input")!;
     this.fields = [
       fields.choice("Make", [["path", "a motion through the points"], ["walk", "a walk from the first point"]], state => state.way,
-                    (state, value) => state.way = value as MapState["way"]),
-      fields.number<number | null>("Frames", [1, 100000, 1], state => state.frames, (state, value) => state.frames = value, null),
+                    (state, value) => this.goBy(state, value as MapState["way"])),
+      frames,
       fields.number("Seconds of walk", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value),
       fields.number("Perturb", [0, 10, 0.05], state => state.perturb, (state, value) => state.perturb = value),
       fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value),
@@ -87,6 +94,7 @@ export class MapRoom implements Room {
       el("aside", {class: "right"}, this.tools.root, this.map!.root,
          el("p", {class: "hint"}, "Move over the map for poses; drag to draw a path, or click for its next point; drag numbers to move them."),
          el("p", {class: "legend"}, "Lines: captures, a colour and dash a primitive; grey dashes: the clip; thick: the motion."),
+         this.map!.key,
          this.told, this.placed,
          el("section", {class: "options", "aria-label": "Motion"}, ...this.fields.map(field => field.root), this.pin,
             button("Clear", "Keeps the first point alone", () => this.tools.change(state => state.points.length = 1))),
@@ -100,6 +108,7 @@ export class MapRoom implements Room {
 
   key(event: KeyboardEvent): boolean {
     if (this.tools.key(event)) return true;
+    if (event.key === " ") this.showMotion();
     return !event.ctrlKey && !event.metaKey && this.stage.key(event);
   }
 
@@ -112,9 +121,8 @@ export class MapRoom implements Room {
     this.map = new PoseMap(told, {
       hovered: at => this.hover(at),
       drawn: points => this.draw(points),
-      moved: (n, to, done) => {
-        if (!done) return;
-        this.hovering = false;
+      moved: (n, to) => {
+        this.rest = null;
         this.tools.change(state => state.points[n] = point(to));
       },
     });
@@ -132,15 +140,22 @@ export class MapRoom implements Room {
 
   private changed(state: MapState): void {
     for (const field of this.fields) field.show(state);
+    this.frames.disabled = state.way === "walk";
     this.map!.showWaypoints(state.points.map(({column, row}) => [column, row]));
     this.showList(state);
     this.making.ask(state);
   }
 
+  /** A walk is as long as its seconds, whatever frames a path was stretched to. */
+  private goBy(state: MapState, way: MapState["way"]): void {
+    state.way = way;
+    if (way === "walk") state.frames = null;
+  }
+
   /** A line is a path of its own; a click adds to the one that is there. */
   private draw(points: Point[]): void {
     this.stage.player.pause();
-    this.hovering = false;
+    this.rest = null;
     this.playsNext = points.length > 1;
     this.tools.change(state => {
       const walked = state.way === "walk";
@@ -161,7 +176,7 @@ export class MapRoom implements Room {
         state.way = "path";
         state.points.push(point(placed.point, placed.key));
       });
-      this.placed.textContent = `${placed.key} lies at ${placed.point.map(value => value.toFixed(1)).join(", ")}; ` +
+      this.placed.textContent = `${named(placed.key)} lies at ${placed.point.map(value => value.toFixed(1)).join(", ")}; ` +
         `the pose there is ${placed.away_cm.toFixed(1)} cm a joint away.`;
     });
   }
@@ -171,7 +186,7 @@ export class MapRoom implements Room {
     this.output = made;
     const {header} = made, path = header["path"] as Point[], primitives = header["primitives"] as number[];
     this.map!.showMotion(path, header["cuts"] as number[]);
-    if (!this.hovering) this.showClips(made, "motion");
+    if (this.rest === null) this.showClips(made, "motion");
     const jumps = header["jumps"] as number;
     this.told.textContent = `${made.frames} frames, ${(made.frames / made.rate).toFixed(1)} s.` +
       (primitives.length === 0 ? ` Points are passed at frames ${(header["passed"] as number[]).join(", ")}.`
@@ -190,16 +205,25 @@ export class MapRoom implements Room {
   }
 
   private hover(at: Point | null): void {
+    if (at === null) return this.showMotion();
     if (this.stage.player.playing) return;
-    this.hovering = at !== null;
-    if (at !== null) this.posing.ask(at);
-    else this.showClips(this.output, "motion");
+    this.rest ??= this.stage.player.time;
+    this.posing.ask(at);
+  }
+
+  /** The motion again, if a pose under the pointer stands in its place. */
+  private showMotion(): void {
+    if (this.rest === null) return;
+    const time = this.rest;
+    this.rest = null;
+    this.showClips(this.output, "motion");
+    this.stage.player.seek(time);
   }
 
   private async pose(at: Point): Promise<void> {
     try {
       const pose = await postMotion("/api/map/pose", {point: at});
-      if (this.hovering) this.showClips(pose, `pose at ${at.map(value => value.toFixed(1)).join(", ")}, primitive ${String(pose.header["primitive"])}`);
+      if (this.rest !== null) this.showClips(pose, `pose at ${at.map(value => value.toFixed(1)).join(", ")}, primitive ${String(pose.header["primitive"])}`);
     } catch (error) {
       this.studio.tell(error instanceof Error ? error.message : String(error));
     }
@@ -212,18 +236,19 @@ export class MapRoom implements Room {
 
   private showList(state: MapState): void {
     const number = (n: number, axis: "column" | "row") => {
-      const input = el("input", {type: "number", step: 0.5, min: 0, "aria-label": `${axis} of point ${n + 1}`});
+      const most = this.map!.most[axis];
+      const input = el("input", {type: "number", step: 0.5, min: 0, max: most, "aria-label": `${axis} of point ${n + 1}`});
       input.value = String(Math.round(100 * state.points[n][axis]) / 100);
       input.addEventListener("change", () => {
         const value = Number(input.value);
-        if (input.value !== "" && Number.isFinite(value)) this.tools.change(now => now.points[n] = {...now.points[n], [axis]: Math.max(0, value), key: null});
+        if (input.value !== "" && Number.isFinite(value)) this.tools.change(now => now.points[n] = {...now.points[n], [axis]: Math.max(0, Math.min(value, most)), key: null});
       });
       return input;
     };
     this.list.replaceChildren(...state.points.map((at, n) => {
       const remove = button("Remove", `Remove point ${n + 1}`, () => this.tools.change(now => now.points.splice(n, 1)));
       remove.disabled = state.points.length === 1;
-      return el("li", {}, number(n, "column"), number(n, "row"), remove, at.key === null ? null : el("span", {class: "legend"}, at.key));
+      return el("li", {}, number(n, "column"), number(n, "row"), remove, at.key === null ? null : el("span", {class: "legend", title: at.key}, named(at.key)));
     }));
   }
 }

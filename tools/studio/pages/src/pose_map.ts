@@ -1,5 +1,6 @@
 // The map of poses: how far its nodes are apart, where captures and a clip lie, and a path that is drawn on it.
 import {el, svg} from "./dom";
+import {follow} from "./drag";
 import {theme} from "./theme";
 
 export type Point = [number, number];
@@ -19,8 +20,8 @@ export interface MapActs {
   hovered: (point: Point | null) => void;
   /** A path was drawn, or a point set. */
   drawn: (points: Point[]) => void;
-  /** A waypoint is dragged. */
-  moved: (waypoint: number, point: Point, done: boolean) => void;
+  /** A waypoint was dragged to a point. */
+  moved: (waypoint: number, point: Point) => void;
 }
 
 const SIZE = 600;
@@ -33,6 +34,10 @@ const KEEPS_TO = 0.012;
 
 export class PoseMap {
   readonly root: HTMLElement;
+  /** What the shades say. */
+  readonly key = el("p", {class: "legend"});
+  /** The farthest point of the map. */
+  readonly most: {column: number; row: number};
   private readonly picture: SVGSVGElement;
   private readonly ground = svg("g");
   private readonly clip = svg("path", {class: "clip-path"});
@@ -45,6 +50,7 @@ export class PoseMap {
 
   constructor(private readonly map: MapInfo, private readonly acts: MapActs) {
     const across = Math.max(1, map.columns - 1), up = Math.max(1, map.rows - 1);
+    this.most = {column: map.columns - 1, row: map.rows - 1};
     this.scale = (SIZE - 2 * EDGE) / Math.max(across, up);
     const width = 2 * EDGE + this.scale * across;
     this.height = 2 * EDGE + this.scale * up;
@@ -114,7 +120,7 @@ export class PoseMap {
     return runs.join("");
   }
 
-  /** The U-matrix: what is light lies among poses like it, what is dark apart. */
+  /** The U-matrix: what is like the page lies among poses like it, what stands out apart. */
   private shade(distances: number[]): SVGElement {
     const {columns, rows} = this.map;
     const canvas = el("canvas", {width: columns, height: rows});
@@ -123,11 +129,14 @@ export class PoseMap {
     const sorted = [...distances].sort((a, b) => a - b);
     const [low, high] = [sorted[0], Math.max(sorted[Math.floor(0.98 * (sorted.length - 1))], sorted[0] + 1e-9)];
     const dark = theme() === "dark";
+    const grey = (far: number) => dark ? 38 + 110 * far : 250 - 130 * far;
+    const shades = el("span", {class: "shades", "aria-hidden": "true"}), shade = (far: number) => `rgb(${grey(far)} ${grey(far)} ${grey(far)})`;
+    shades.style.background = `linear-gradient(to right, ${shade(0)}, ${shade(1)})`;
+    this.key.replaceChildren("Shades: poses beside each other are ", shades, ` ${(100 * low).toFixed(1)} to ${(100 * high).toFixed(1)} cm a joint apart.`);
     distances.forEach((distance, n) => {
       const far = Math.max(0, Math.min((distance - low) / (high - low), 1));
-      const grey = dark ? 38 + 110 * far : 250 - 130 * far;
       const cell = 4 * ((rows - 1 - Math.floor(n / columns)) * columns + n % columns);
-      image.data.set([grey, grey, grey, 255], cell);
+      image.data.set([grey(far), grey(far), grey(far), 255], cell);
     });
     context.putImageData(image, 0, 0);
     const [left, top] = this.at([-0.5, rows - 0.5]);
@@ -144,47 +153,46 @@ export class PoseMap {
   }
 
   private listen(): void {
-    let drawn: Point[] | null = null;
     this.picture.addEventListener("pointerdown", event => {
-      if (event.defaultPrevented) return;
-      drawn = [this.pointOf(event)];
-      this.picture.setPointerCapture(event.pointerId);
+      if (!event.defaultPrevented && event.button === 0) this.draw(event);
     });
-    this.picture.addEventListener("pointermove", event => {
-      const point = this.pointOf(event);
-      this.acts.hovered(point);
-      if (drawn === null) return;
-      drawn.push(point);
-      this.sketch.setAttribute("d", this.path(drawn));
-    });
+    this.picture.addEventListener("pointermove", event => this.acts.hovered(this.pointOf(event)));
     this.picture.addEventListener("pointerleave", () => this.acts.hovered(null));
-    this.picture.addEventListener("pointerup", () => {
-      if (drawn !== null) this.acts.drawn(simplified(drawn, KEEPS_TO * Math.max(this.map.columns, this.map.rows)));
-      drawn = null;
-      this.sketch.setAttribute("d", "");
+  }
+
+  private draw(event: PointerEvent): void {
+    const drawn = [this.pointOf(event)];
+    const clear = () => this.sketch.setAttribute("d", "");
+    follow(this.picture, event, {
+      moved: next => {
+        drawn.push(this.pointOf(next));
+        this.sketch.setAttribute("d", this.path(drawn));
+      },
+      dropped: () => {
+        clear();
+        this.acts.drawn(simplified(drawn, KEEPS_TO * Math.max(this.map.columns, this.map.rows)));
+      },
+      givenUp: clear,
     });
   }
 
   private drag(event: PointerEvent, waypoint: number): void {
     event.preventDefault();
+    const mark = this.waypoints.children[waypoint];
+    const [fromX, fromY] = this.at(this.pointOf(event));
     let moved = false;
-    const moving = (next: PointerEvent) => {
-      moved = true;
-      const point = this.pointOf(next);
-      const [x, y] = this.at(point);
-      const mark = this.waypoints.children[waypoint];
-      mark?.querySelector("circle")?.setAttribute("cx", String(x));
-      mark?.querySelector("circle")?.setAttribute("cy", String(y));
-      this.acts.hovered(point);
-      this.acts.moved(waypoint, point, false);
-    };
-    const up = (last: PointerEvent) => {
-      this.picture.removeEventListener("pointermove", moving);
-      if (moved) this.acts.moved(waypoint, this.pointOf(last), true);
-    };
-    this.picture.setPointerCapture(event.pointerId);
-    this.picture.addEventListener("pointermove", moving);
-    this.picture.addEventListener("pointerup", up, {once: true});
+    follow(this.picture, event, {
+      moved: next => {
+        moved = true;
+        const [x, y] = this.at(this.pointOf(next));
+        mark.setAttribute("transform", `translate(${x - fromX} ${y - fromY})`);
+      },
+      dropped: last => {
+        mark.removeAttribute("transform");
+        if (moved) this.acts.moved(waypoint, this.pointOf(last));
+      },
+      givenUp: () => mark.removeAttribute("transform"),
+    });
   }
 }
 

@@ -1,7 +1,8 @@
 // The stage: motions side by side or one over the other, and how they are looked at and played.
 import * as THREE from "three";
-import {button, checkbox, el, select} from "./dom";
 import {type Character} from "./character";
+import {button, checkbox, el, select} from "./dom";
+import {follow} from "./drag";
 import {duration, type Motion} from "./motion";
 import {Pane, type Actor, type PaneOptions, type View} from "./pane";
 import {JointHandles, type JointHandlesUse} from "./joint_handles";
@@ -256,18 +257,18 @@ export class Stage {
   }
 
   private listenForTurning(): void {
-    let held: {x: number; y: number} | null = null;
     this.canvas.addEventListener("pointerdown", event => {
-      held = {x: event.clientX, y: event.clientY};
-      this.canvas.setPointerCapture(event.pointerId);
+      const {yaw, pitch} = this.view;
+      let last = event;
+      follow(this.canvas, event, {
+        moved: next => {
+          this.turn(-0.008 * (next.clientX - last.clientX), 0.008 * (next.clientY - last.clientY));
+          last = next;
+        },
+        dropped: () => undefined,
+        givenUp: () => this.turn(yaw - this.view.yaw, pitch - this.view.pitch),
+      });
     });
-    this.canvas.addEventListener("pointermove", event => {
-      if (!held) return;
-      this.turn(-0.008 * (event.clientX - held.x), 0.008 * (event.clientY - held.y));
-      held = {x: event.clientX, y: event.clientY};
-    });
-    this.canvas.addEventListener("pointerup", () => held = null);
-    this.canvas.addEventListener("pointercancel", () => held = null);
     this.canvas.addEventListener("wheel", event => {
       event.preventDefault();
       this.zoomBy(Math.exp(-0.001 * event.deltaY));

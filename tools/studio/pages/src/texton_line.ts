@@ -1,5 +1,6 @@
 // A path of textons as blocks along its time: chosen, moved, stretched, removed and repeated, by pointer or keys.
 import {el} from "./dom";
+import {follow} from "./drag";
 
 export interface TextonBlock {
   texton: number;
@@ -107,21 +108,26 @@ export class TextonLine {
     const from = event.clientX, bounds = box.getBoundingClientRect();
     const stretches = bounds.right - from < GRIP;
     const line = this.row.getBoundingClientRect();
-    box.setPointerCapture(event.pointerId);
-    const moving = (next: PointerEvent) => {
-      const by = next.clientX - from;
-      if (stretches) box.style.width = `${100 * Math.max(8, bounds.width + by) / line.width}%`;
-      else box.style.transform = `translateX(${by}px)`;
-    };
-    box.addEventListener("pointermove", moving);
-    box.addEventListener("pointerup", last => {
-      box.removeEventListener("pointermove", moving);
+    const {width} = box.style;
+    const putBack = () => {
       box.style.transform = "";
-      const by = last.clientX - from;
-      if (Math.abs(by) < CLICK) return this.acts.choose(n);
-      if (stretches) return this.acts.stretch(n, Math.round(this.blocks[n].frames * (bounds.width + by) / bounds.width));
-      this.acts.move(n, this.placeOf((last.clientX - line.left) / line.width, n));
-    }, {once: true});
+      box.style.width = width;
+    };
+    follow(this.row, event, {
+      moved: next => {
+        const by = next.clientX - from;
+        if (stretches) box.style.width = `${100 * Math.max(8, bounds.width + by) / line.width}%`;
+        else box.style.transform = `translateX(${by}px)`;
+      },
+      dropped: last => {
+        putBack();
+        const by = last.clientX - from;
+        if (Math.abs(by) < CLICK) return this.acts.choose(n);
+        if (stretches) return this.acts.stretch(n, Math.round(this.blocks[n].frames * (bounds.width + by) / bounds.width));
+        this.acts.move(n, this.placeOf((last.clientX - line.left) / line.width, n));
+      },
+      givenUp: putBack,
+    });
   }
 
   /** Where in the order a block lies that is dropped at a share of the line. */

@@ -84,7 +84,8 @@ function keepPinnable(blocks: Block[]): void {
 export class TextureRoom implements Room {
   readonly id = "texture";
   readonly title = "Texture";
-  private readonly stage = new Stage({parts: LIMB_ENDS, dragged: (part, place, done) => this.drag(part, place, done)});
+  private readonly stage = new Stage({parts: LIMB_ENDS, dragged: (part, place, done) => this.drag(part, place, done),
+                                     givenUp: () => this.making.ask(this.tools.state)});
   private readonly tools: StateTools<TextureState>;
   private readonly line: TextonLine;
   private readonly fields: Field<TextureState>[];
