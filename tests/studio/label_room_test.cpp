@@ -127,6 +127,54 @@ TEST(LabelRoom, GoesOnWhereItStoppedAndGivesAnotherRaterRowsOfTheirOwn) {
   EXPECT_EQ(agreement["factors"].size(), 3U);
 }
 
+TEST(LabelRoom, AnAnswerIsMendedInItsPlaceAndTheLogKeepsTheEarlierOne) {
+  const fs::path sheet = blank_sheet();
+  LabelRoom room(options(sheet), {});
+  const auto status_of = [](const auto& act) {
+    try {
+      act();
+    } catch (const HttpError& error) {
+      return error.status();
+    }
+    return 200U;
+  };
+  Json first = rating(0, 1.5);
+  const auto answer = [&](bool again) {
+    first["again"] = again;
+    return room.answer(first);
+  };
+  EXPECT_EQ(status_of([&] { (void)room.answer_at(0); }), 404U);
+  EXPECT_EQ(status_of([&] { (void)answer(true); }), 409U);
+  (void)answer(false);
+  const Json next = room.answer(rating(1, 1));
+  EXPECT_EQ(room.answer_at(0)["factors"]["flow"], 1.5);
+  EXPECT_EQ(room.answer_at(0)["confidence"], 0.75);
+  EXPECT_EQ(status_of([&] { (void)answer(false); }), 409U);
+  const auto rows = table_of(sheet).rows.size();
+  first["factors"] = {{"flow", Json()}, {"weight", -2}, {"time", 0.5}};
+  first["comment"] = "on second thoughts";
+  EXPECT_EQ(answer(true), next);
+  EXPECT_EQ(table_of(sheet).rows.size(), rows);
+  const Json now = room.answer_at(0);
+  EXPECT_TRUE(now["factors"]["flow"].is_null());
+  EXPECT_EQ(now["factors"]["weight"], -2);
+  EXPECT_EQ(now["comment"], "on second thoughts");
+  EXPECT_EQ(room.answer_at(1)["factors"]["weight"], -0.5);
+  std::istringstream log(test::bytes_of(sheet.string() + ".log"));
+  std::string line;
+  std::vector<Json> lines;
+  while (std::getline(log, line)) lines.push_back(Json::parse(line));
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_TRUE(lines[1]["before"].is_null());
+  EXPECT_EQ(lines[2]["place"], 0);
+  EXPECT_EQ(lines[2]["before"]["factors"]["flow"], 1.5);
+  EXPECT_EQ(status_of([&] {
+              first["again"] = 1;
+              (void)room.answer(first);
+            }),
+            400U);
+}
+
 /// Answers what is asked, each motion otherwise.
 void answer_all(LabelRoom& room, int most = 1000) {
   Json next = room.next();

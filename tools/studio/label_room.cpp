@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include "laban/base/atomic_file.h"
@@ -81,6 +82,26 @@ std::optional<double> confidence_of(const Json& request) {
   if (!value.is_number() || !(value >= 0.0 && value <= 1.0))
     throw HttpError(400, "'confidence' must be in [0, 1]");
   return value.get<double>();
+}
+
+bool flag_of(const Json& request, const char* key) {
+  const Json value = request.value(key, Json(false));
+  if (!value.is_boolean()) throw HttpError(400, fmt::format("'{}' is neither true nor false", key));
+  return value;
+}
+
+/// What a rater said of a fragment.
+Json answer_json(const effort::LabelRow& row) {
+  const auto told = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json();
+  };
+  return {{"factors",
+           {{"flow", told(row.flow)},
+            {"weight", told(row.weight)},
+            {"time", told(row.time)},
+            {"space", told(row.space)}}},
+          {"confidence", told(row.confidence)},
+          {"comment", row.comment}};
 }
 
 std::string comment_of(const Json& request) {
@@ -166,6 +187,10 @@ Routes LabelRoom::routes() {
        }},
       {"POST /api/label/answer",
        json_route([this](const Json& request) { return answer(request); })},
+      {"GET /api/label/answer",
+       [this, place_of](const Request& request) {
+         return json_response(answer_at(place_of(request)));
+       }},
       {"GET /api/label/agreement", [this](const Request&) { return json_response(agreement()); }}};
 }
 
@@ -173,12 +198,15 @@ effort::LabelTable LabelRoom::table() const {
   return effort::parse_label_table(base::read_file(options_.table), options_.table);
 }
 
-bool LabelRoom::answered(const effort::LabelTable& table, const RatingTask& task) const {
-  return std::any_of(table.rows.begin(), table.rows.end(), [&](const effort::LabelRow& row) {
-    return row.fragment == task.fragment && row.observer == options_.observer &&
-           row.repeat == task.repeat &&
-           (row.flow || row.weight || row.time || row.space || row.confidence);
-  });
+const effort::LabelRow* LabelRoom::answer_of(const effort::LabelTable& table,
+                                             const RatingTask& task) const {
+  const auto found =
+      std::find_if(table.rows.begin(), table.rows.end(), [&](const effort::LabelRow& row) {
+        return row.fragment == task.fragment && row.observer == options_.observer &&
+               row.repeat == task.repeat &&
+               (row.flow || row.weight || row.time || row.space || row.confidence);
+      });
+  return found == table.rows.end() ? nullptr : &*found;
 }
 
 const RatingTask& LabelRoom::task_at(int place) const {
@@ -213,7 +241,7 @@ void LabelRoom::queue_blends(const effort::LabelTable& table) {
   std::vector<RatingTask> others;
   for (const transfer::CorpusBlend& blend : corpus.blends) {
     const RatingTask task{blend.name, 0};
-    if (answered(table, task)) {
+    if (answer_of(table, task) != nullptr) {
       tasks_.push_back(task);
     } else if (cli::has_labelled_parents(corpus, blend)) {
       pool.push_back(blend);
@@ -231,7 +259,7 @@ void LabelRoom::queue_blends(const effort::LabelTable& table) {
 
 Json LabelRoom::next() {
   const effort::LabelTable now = table();
-  const auto is_answered = [&](const RatingTask& task) { return answered(now, task); };
+  const auto is_answered = [&](const RatingTask& task) { return answer_of(now, task) != nullptr; };
   if (waiting_ > 0 && std::all_of(tasks_.begin(), tasks_.end(), is_answered)) queue_blends(now);
   Json factors{"flow", "weight", "time"};
   if (options_.space) factors.push_back("space");
@@ -278,8 +306,13 @@ Json LabelRoom::answer(const Json& request) {
   const RatingTask& task = task_at(place);
   const Json factors = request.value("factors", Json::object());
   effort::LabelTable now = table();
-  if (answered(now, task)) throw HttpError(409, "this was answered before");
-  effort::LabelRow& row = row_for(now, task);
+  const effort::LabelRow* const earlier = answer_of(now, task);
+  const bool again = flag_of(request, "again");
+  if (again != (earlier != nullptr))
+    throw HttpError(409, again ? "this was not answered yet" : "this was answered before");
+  const Json before = again ? answer_json(*earlier) : Json();
+  effort::LabelRow& row =
+      again ? now.rows[static_cast<std::size_t>(earlier - now.rows.data())] : row_for(now, task);
   row.flow = rating_of(factors, "flow");
   row.weight = rating_of(factors, "weight");
   row.time = rating_of(factors, "time");
@@ -291,15 +324,28 @@ Json LabelRoom::answer(const Json& request) {
   row.observer = options_.observer;
   row.source = effort::LabelSource::kExpert;
   row.repeat = task.repeat;
+  const Json line = {{"fragment", task.fragment},
+                     {"repeat", task.repeat},
+                     {"observer", options_.observer},
+                     {"seed", options_.seed},
+                     {"place", place},
+                     {"before", before},
+                     {"replays", request.value("replays", Json())},
+                     {"seconds", request.value("seconds", Json())}};
+  // What leaves the table stands in the log first.
+  if (again) log(line);
   base::write_file(options_.table, effort::format_label_table(now), {.overwrite = true});
-  log({{"fragment", task.fragment},
-       {"repeat", task.repeat},
-       {"observer", options_.observer},
-       {"seed", options_.seed},
-       {"place", place},
-       {"replays", request.value("replays", Json())},
-       {"seconds", request.value("seconds", Json())}});
+  if (!again) log(line);
   return next();
+}
+
+Json LabelRoom::answer_at(int place) const {
+  const effort::LabelTable now = table();
+  const effort::LabelRow* const row = answer_of(now, task_at(place));
+  if (row == nullptr) throw HttpError(404, "this was not answered yet");
+  Json json = answer_json(*row);
+  json["place"] = place;
+  return json;
 }
 
 void LabelRoom::log(const Json& line) const {

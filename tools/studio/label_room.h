@@ -55,16 +55,23 @@ class LabelRoom {
   /// @throws HttpError{404} if there is no such place.
   [[nodiscard]] Response motion(int place, bool neutral) const;
   /// Takes {"place", "factors": {"flow": half steps or null, ..}, "confidence", "comment",
-  /// "replays", "seconds"}: into the table, and with replays and seconds into TABLE.log, a line of
-  /// JSON each.
-  /// @throws HttpError{400} naming the key; Error{kIo} if it cannot be written.
+  /// "replays", "seconds", "again"}: into the table, and with replays and seconds into TABLE.log, a
+  /// line of JSON each. With "again" true it takes the place of this observer's earlier answer,
+  /// which the log keeps.
+  /// @throws HttpError{400} naming the key; HttpError{409} if it was answered before and is not to
+  ///         be again, or the other way round; Error{kIo} if it cannot be written.
   Json answer(const Json& request);
+  /// What this observer answered at a place: {"place", "factors", "confidence", "comment"}.
+  /// @throws HttpError{404} if nothing.
+  [[nodiscard]] Json answer_at(int place) const;
   /// How far raters agree so far (effort::rater_agreement), factor by factor.
   [[nodiscard]] Json agreement() const;
 
  private:
   [[nodiscard]] effort::LabelTable table() const;
-  [[nodiscard]] bool answered(const effort::LabelTable& table, const RatingTask& task) const;
+  /// This observer's answer; null: there is none.
+  [[nodiscard]] const effort::LabelRow* answer_of(const effort::LabelTable& table,
+                                                  const RatingTask& task) const;
   [[nodiscard]] const RatingTask& task_at(int place) const;
   /// Once every fragment is rated: the blends, those this observer rated before the others.
   void queue_blends(const effort::LabelTable& table);

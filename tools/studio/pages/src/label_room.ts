@@ -1,9 +1,10 @@
 // The labelling room: one motion after the other, beside a neutral one; every answer is kept before the
 // next is shown. All of it by keys: F, W, T, S choose a factor, arrows move it, N says that it was not
-// observed, Enter keeps the answer.
+// observed, Enter keeps the answer. Undo goes back move by move, then to the answer before.
 import {getJson, getMotion, postJson} from "./api";
 import {button, checkbox, el, select, signed} from "./dom";
 import {LIMIT, POLES} from "./factors";
+import {History} from "./history";
 import {Stage} from "./stage";
 import type {Room, Studio} from "./studio";
 
@@ -13,6 +14,13 @@ interface Next {
   place: number | null;
   done: number;
   all: number;
+}
+
+/** What is said of a motion: a number, null where it was not observed, nothing yet. */
+interface Answer {
+  factors: Record<string, number | null | undefined>;
+  confidence: number | null;
+  comment: string;
 }
 
 interface Agreement {
@@ -28,47 +36,30 @@ class Rating {
   readonly slider: HTMLInputElement;
   private readonly unseen: HTMLInputElement;
   private readonly shown = el("output", {class: "asked"});
-  private touched = false;
 
-  constructor(readonly factor: string, private readonly changed: () => void) {
+  constructor(readonly factor: string, changed: (value: number | null | undefined) => void) {
     const {title, low, high} = POLES[factor];
     this.slider = el("input", {type: "range", min: -LIMIT, max: LIMIT, step: 0.5, value: 0, id: `rate-${factor}`,
                                "aria-label": `${title}, from ${low} to ${high}`});
-    const unseen = checkbox("not observed", false, () => this.tell());
+    const unseen = checkbox("not observed", false, on => changed(on ? null : undefined));
     this.unseen = unseen.input;
     this.unseen.setAttribute("aria-label", `${title} was not observed`);
     // A click on the middle is an answer too, though the value stays.
     for (const kind of ["input", "click", "keydown"]) this.slider.addEventListener(kind, event => {
       if (event instanceof KeyboardEvent && !event.key.startsWith("Arrow")) return;
-      this.touched = true;
-      this.unseen.checked = false;
-      this.tell();
+      changed(Number(this.slider.value));
     });
     this.root = el("fieldset", {class: "factor"}, el("legend", {}, `${title} (${title[0]})`), this.shown, unseen.root,
       el("div", {class: "track"}, this.slider),
       el("div", {class: "poles", "aria-hidden": "true"}, el("span", {}, low), el("span", {}, high)));
-    this.clear();
+    this.show(undefined);
   }
 
-  get answered(): boolean {
-    return this.touched || this.unseen.checked;
-  }
-  get value(): number | null {
-    return this.unseen.checked ? null : Number(this.slider.value);
-  }
-  clear(): void {
-    this.touched = this.unseen.checked = false;
-    this.slider.value = "0";
-    this.tell();
-  }
-  toggleUnseen(): void {
-    this.unseen.checked = !this.unseen.checked;
-    this.tell();
-  }
-  private tell(): void {
-    this.slider.classList.toggle("unset", !this.touched || this.unseen.checked);
-    this.shown.value = this.unseen.checked ? "not observed" : this.touched ? signed(Number(this.slider.value), 1) : "?";
-    this.changed();
+  show(value: number | null | undefined): void {
+    this.unseen.checked = value === null;
+    this.slider.value = String(value ?? 0);
+    this.slider.classList.toggle("unset", typeof value !== "number");
+    this.shown.value = value === null ? "not observed" : value === undefined ? "?" : signed(value, 1);
   }
 }
 
@@ -80,27 +71,35 @@ export class LabelRoom implements Room {
   private readonly progress = el("p", {class: "progress", "aria-live": "polite"});
   private readonly comment = el("textarea", {rows: 2, "aria-label": "Comment", maxlength: 500});
   private readonly confidence = select("Confidence", [["1", "sure"], ["0.75", "rather sure"], ["0.5", "half sure"], ["0.25", "guessed"]].map(
-    ([value, label]) => ({value, label})), "1", () => undefined);
+    ([value, label]) => ({value, label})), "1", value => this.change(answer => answer.confidence = Number(value)));
+  private readonly undo = button("Undo", "Undo, or back to the answer before (Ctrl+Z)", () => void this.goBack());
+  private readonly redo = button("Redo", "Redo (Ctrl+Shift+Z)", () => this.history?.redo());
   private readonly keep = button("Keep and go on (Enter)", "Keep this answer and show the next", () => void this.answer());
   private readonly report = el("section", {class: "agreement", "aria-label": "Agreement"});
+  private history: History<Answer> | null = null;
+  private all = 0;
   private place: number | null = null;
+  /** It was answered before, and is answered anew. */
+  private again = false;
   private replays = 0;
   private begun = 0;
   private busy = false;
 
   constructor(private readonly studio: Studio) {
     this.stage.player.onLoop(() => ++this.replays);
+    this.comment.addEventListener("input", () => this.change(answer => answer.comment = this.comment.value, "comment"));
   }
 
   async enter(host: HTMLElement): Promise<void> {
     const next = await getJson<Next>("/api/label/next");
-    this.ratings = next.factors.map(factor => new Rating(factor, () => this.showKeep()));
+    this.ratings = next.factors.map(factor => new Rating(factor, value => this.change(answer => answer.factors[factor] = value, factor)));
+    this.all = next.all;
     host.append(el("div", {class: "room effort-room"},
       el("div", {class: "left"}, this.stage.root),
-      el("aside", {class: "right"}, this.progress,
+      el("aside", {class: "right"}, el("div", {class: "bar tools", role: "toolbar", "aria-label": "Steps"}, this.undo, this.redo), this.progress,
          el("section", {class: "target", "aria-label": "Rating"}, ...this.ratings.map(rating => rating.root)),
          this.confidence.root, el("label", {class: "comment"}, "Comment", this.comment), this.keep,
-         el("p", {class: "hint"}, `Space plays; ${next.factors.map(factor => factor[0].toUpperCase()).join(", ")} choose a factor, arrows move it, N: not observed, Enter: keep.`),
+         el("p", {class: "hint"}, `Space plays; ${next.factors.map(factor => factor[0].toUpperCase()).join(", ")} choose a factor, arrows move it, N: not observed, Enter: keep, Ctrl+Z: back.`),
          button("Agreement", "How far raters agree so far", () => void this.studio.attempt(() => this.showAgreement())), this.report)));
     await this.show(next);
   }
@@ -110,15 +109,21 @@ export class LabelRoom implements Room {
   }
 
   key(event: KeyboardEvent): boolean {
-    if (event.ctrlKey || event.metaKey || event.altKey) return false;
     const key = event.key.toLowerCase();
+    if ((event.ctrlKey || event.metaKey) && key === "z") {
+      if (event.shiftKey) this.history?.redo();
+      else void this.goBack();
+      return true;
+    }
+    if (event.ctrlKey || event.metaKey || event.altKey) return false;
     const chosen = this.ratings.find(rating => rating.factor[0] === key);
     if (chosen) {
       chosen.slider.focus();
       return true;
     }
     if (key === "n") {
-      this.ratings.find(rating => rating.slider === document.activeElement)?.toggleUnseen();
+      const seen = this.ratings.find(rating => rating.slider === document.activeElement);
+      if (seen) this.change(answer => answer.factors[seen.factor] = answer.factors[seen.factor] === null ? undefined : null);
       return true;
     }
     if (key === "enter") {
@@ -130,18 +135,23 @@ export class LabelRoom implements Room {
   }
 
   private async show(next: Next): Promise<void> {
-    this.place = next.place;
     this.progress.textContent = next.place === null
       ? `All ${next.all} are rated by ${next.observer}. Thank you.`
       : `${next.done + 1} of ${next.all}, rated by ${next.observer}`;
-    for (const rating of this.ratings) rating.clear();
-    this.comment.value = "";
-    this.confidence.input.value = "1";
+    await this.ask(next.place, {factors: {}, confidence: 1, comment: ""}, false);
+  }
+
+  /** Shows what is at a place, with what was said of it. */
+  private async ask(place: number | null, answer: Answer, again: boolean): Promise<void> {
+    this.place = place;
+    this.again = again;
+    this.history = new History(answer, now => this.showAnswer(now));
+    this.showAnswer(answer);
     this.replays = 0;
     this.begun = performance.now();
     this.stage.player.pause();
-    if (next.place === null) return this.stage.setClips([]);
-    const motion = (which: string) => getMotion(`/api/label/motion?place=${next.place}&which=${which}`);
+    if (place === null) return this.stage.setClips([]);
+    const motion = (which: string) => getMotion(`/api/label/motion?place=${place}&which=${which}`);
     const [neutral, variant] = [await motion("neutral"), await motion("variant")];
     this.stage.setClips([{label: "neutral", motion: neutral}, {label: "to be rated", motion: variant}]);
     this.stage.player.seek(0);
@@ -149,25 +159,51 @@ export class LabelRoom implements Room {
     this.ratings[0].slider.focus();
   }
 
-  private showKeep(): void {
-    this.keep.disabled = this.place === null || !this.ratings.every(rating => rating.answered);
+  private change(edit: (answer: Answer) => void, kind = ""): void {
+    const answer = this.history!.state;
+    edit(answer);
+    this.history!.push(answer, kind);
+  }
+
+  private showAnswer(answer: Answer): void {
+    for (const rating of this.ratings) rating.show(answer.factors[rating.factor]);
+    if (this.comment.value !== answer.comment) this.comment.value = answer.comment;
+    this.confidence.input.value = String(answer.confidence ?? 1);
+    this.keep.disabled = this.place === null || this.ratings.some(({factor}) => answer.factors[factor] === undefined);
+    this.undo.disabled = !this.history!.canUndo && this.place === 0;
+    this.redo.disabled = !this.history!.canRedo;
+  }
+
+  /** The step before; before the first, the answer before, to be given anew. */
+  private async goBack(): Promise<void> {
+    if (this.history?.canUndo) return this.history.undo();
+    const before = (this.place ?? this.all) - 1;
+    if (before < 0 || this.busy) return;
+    await this.working(async () => {
+      const answer = await getJson<Answer>(`/api/label/answer?place=${before}`);
+      this.progress.textContent = `${before + 1} of ${this.all} once more; its answer takes the place of the one before`;
+      // A confidence of 0 stands for nothing observed.
+      await this.ask(before, {...answer, confidence: answer.confidence || 1}, true);
+    });
+  }
+
+  private async working(work: () => Promise<void>): Promise<void> {
+    this.busy = true;
+    await this.studio.attempt(work);
+    this.busy = false;
   }
 
   private async answer(): Promise<void> {
-    this.showKeep();
     if (this.keep.disabled || this.busy) return;
-    this.busy = true;
-    await this.studio.attempt(async () => {
+    await this.working(async () => {
       await this.show(await postJson<Next>("/api/label/answer", {
         place: this.place,
-        factors: Object.fromEntries(this.ratings.map(rating => [rating.factor, rating.value])),
-        confidence: Number(this.confidence.input.value),
-        comment: this.comment.value,
+        ...this.history!.state,
+        again: this.again,
         replays: this.replays,
         seconds: (performance.now() - this.begun) / 1000,
       }));
     });
-    this.busy = false;
   }
 
   private async showAgreement(): Promise<void> {
