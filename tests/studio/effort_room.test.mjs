@@ -54,6 +54,16 @@ test("a pair is swapped, its alpha set by hand, and all of it is what the verb m
   await withStudio([take], async (page, {folder}) => {
     await settled(page);
     await ask(page, "weight", 1.5);
+    await ask(page, "time", -1.5);
+    const equal = await measured(page);
+    await page.locator(".factor:has-text('Time')").getByLabel("counts").fill("8");
+    await page.keyboard.press("Enter");
+    await settled(page);
+    const weighed = await measured(page);
+    assert.ok(Math.abs(weighed[2] + 1.5) < Math.abs(equal[2] + 1.5), `Time counts more, and goes from ${equal[2]} to ${weighed[2]}`);
+    await page.getByLabel("Hold feet").uncheck();
+    await settled(page);
+    await page.screenshot({path: "effort_weighed.png"});
     await page.locator(".snippet").nth(1).click();
     await page.locator(".others td button").nth(4).click();
     await settled(page);
@@ -65,6 +75,8 @@ test("a pair is swapped, its alpha set by hand, and all of it is what the verb m
     await page.screenshot({path: "effort_by_hand.png"});
     const state = await savedState(page);
     assert.equal(state.asked.weight, 1.5);
+    assert.deepEqual(state.weights, [1, 1, 8]);
+    assert.equal(state.foot_fix, false);
     assert.equal(state.locks.length, 1);
     assert.equal(state.locks[0].snippet, 1);
     assert.equal(state.locks[0].alpha, 0.4);

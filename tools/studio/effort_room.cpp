@@ -200,7 +200,7 @@ Json EffortRoom::snippet(const Json& request) {
 Json EffortRoom::over_time(const Json& request) {
   const cli::SegmentedClip& clip = segmented(text_at(request, "clip"));
   const transfer::StyleModel& model = styling_.model;
-  const std::string content = cli::content_of(model, clip.segmented.input, "");
+  const std::string content = cli::content_of(clip.segmented);
   const auto measured = [&](const motion::PoseMatrix& pose) {
     const io::MotionTable table = cli::effort_table(model, pose, content, kWindowS);
     Json json = {{"seconds", Json::array()}, {"effort", Json::object()}};

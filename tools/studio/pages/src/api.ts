@@ -104,6 +104,8 @@ export interface EffortState {
   detail: "replace" | "residual";
   strength: number;
   keep_timing: boolean;
+  foot_fix: boolean;
+  caution: number;
   stay: number;
   way: number;
   locks: Lock[];

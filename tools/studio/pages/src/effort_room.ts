@@ -2,10 +2,11 @@
 import {getMotion, postJson, postMotion, type ClipInfo, type EffortState, type Lock, type Numbers,
         type OpenedEffort, type OverTime, type SnippetChoices, type StyleReport} from "./api";
 import type {Character} from "./character";
-import {checkbox, el, select} from "./dom";
+import {el} from "./dom";
 import {EffortGraph} from "./effort_graph";
 import {FactorSlider} from "./factor_slider";
 import {LIMIT, POLES} from "./factors";
+import {Fields, type Field} from "./fields";
 import {Latest} from "./latest";
 import {LineChart} from "./line_chart";
 import {duration, type Motion} from "./motion";
@@ -54,7 +55,7 @@ export class EffortRoom implements Room {
   private opened: OpenedEffort | null = null;
   private sliders = new Map<string, FactorSlider>();
   private panel: SnippetPanel | null = null;
-  private options: {root: HTMLElement; show: (state: EffortState) => void} | null = null;
+  private options: Field<EffortState>[] = [];
   private input: StagedClip | null = null;
   private outputCharacter: Character | null = null;
   private output: Motion | null = null;
@@ -90,7 +91,7 @@ export class EffortRoom implements Room {
          el("div", {class: "over-time"}, this.legend(), this.overTime.root)),
       el("aside", {class: "right"}, this.tools.root,
          el("section", {"aria-label": "Target Effort", class: "target"}, ...[...this.sliders.values()].map(slider => slider.root)),
-         el("div", {class: "beside"}, this.graph.root, this.options!.root), this.cautions, this.quality, this.panel!.root)));
+         el("div", {class: "beside"}, this.graph.root, el("div", {class: "options"}, ...this.options.map(option => option.root))), this.cautions, this.quality, this.panel!.root)));
     this.stage.draw();
   }
 
@@ -116,8 +117,11 @@ export class EffortRoom implements Room {
     // A character is in one pane at a time: the output has its own.
     this.outputCharacter = (await staged("", clip, motion)).character ?? null;
     this.output = this.report = this.selected = this.inputOverTime = null;
-    this.sliders = new Map(opened.factors.map(factor => [factor, new FactorSlider(factor,
-      value => this.draft(state => state.asked[factor] = value), value => this.change(state => state.asked[factor] = value, factor))]));
+    this.sliders = new Map(opened.factors.map((factor, n) => [factor, new FactorSlider(factor, {
+      moved: value => this.draft(state => state.asked[factor] = value),
+      settled: value => this.change(state => state.asked[factor] = value, factor),
+      weighed: weight => this.change(state => state.weights = opened.factors.map((_, m) => m === n ? weight : state.weights[m] ?? 1), `weight of ${factor}`),
+    })]));
     this.panel = new SnippetPanel(opened.factors, {
       lock: (lock, done) => done ? this.change(state => setLock(state, lock)) : this.draft(state => setLock(state, lock)),
       unlock: snippet => this.change(state => state.locks = state.locks.filter(lock => lock.snippet !== snippet)),
@@ -143,8 +147,8 @@ export class EffortRoom implements Room {
 
   private changed(state: EffortState): void {
     clearTimeout(this.timer);
-    for (const [factor, slider] of this.sliders) slider.show(state.asked[factor] ?? null);
-    this.options?.show(state);
+    this.opened!.factors.forEach((factor, n) => this.sliders.get(factor)!.show(state.asked[factor] ?? null, state.weights[n] ?? 1));
+    for (const option of this.options) option.show(state);
     this.styling.ask({state, draft: false});
     this.measuring.ask(state);
     if (this.selected !== null) this.choosing.ask(state);
@@ -257,32 +261,19 @@ export class EffortRoom implements Room {
               ...["flow", "weight", "time"].map(factor => el("span", {class: `key ${factor}`}, POLES[factor].title)), " input faint");
   }
 
-  private makeOptions(): {root: HTMLElement; show: (state: EffortState) => void} {
-    const detail = select("Keep", [{value: "replace", label: "nothing"}, {value: "residual", label: "posture and manner"}], "replace",
-                          value => this.change(state => state.detail = value as EffortState["detail"]));
-    const way = select("Blend", [2, 3, 4].map(n => ({value: String(n), label: `${n} fragments`})), "2",
-                       value => this.change(state => state.way = Number(value)));
-    const number = (label: string, max: number, step: number, take: (state: EffortState, value: number) => void) => {
-      const input = el("input", {type: "range", min: 0, max, step});
-      input.addEventListener("input", () => this.draft(state => take(state, Number(input.value))));
-      input.addEventListener("change", () => this.change(state => take(state, Number(input.value)), label));
-      return {root: el("label", {class: "field"}, label, input), input};
-    };
-    const strength = number("Strength", 1, 0.05, (state, value) => state.strength = value);
-    const stay = number("Others stay", 1, 0.05, (state, value) => state.stay = value);
-    const timing = checkbox("Keep timing", false, on => this.change(state => state.keep_timing = on));
-    const relative = checkbox("Relative to the input", false, on => this.change(state => state.relative = on));
-    return {
-      root: el("div", {class: "options"}, strength.root, stay.root, detail.root, way.root, timing.root, relative.root),
-      show: state => {
-        detail.input.value = state.detail;
-        way.input.value = String(state.way);
-        strength.input.value = String(state.strength);
-        stay.input.value = String(state.stay);
-        timing.input.checked = state.keep_timing;
-        relative.input.checked = state.relative;
-      },
-    };
+  private makeOptions(): Field<EffortState>[] {
+    const fields = new Fields<EffortState>((edit, kind) => this.change(edit, kind), edit => this.draft(edit));
+    return [
+      fields.range("Strength", [0, 1, 0.05], state => state.strength, (state, value) => state.strength = value),
+      fields.range("Others stay", [0, 1, 0.05], state => state.stay, (state, value) => state.stay = value),
+      fields.range("Caution", [0, 3, 0.1], state => state.caution, (state, value) => state.caution = value),
+      fields.choice("Keep", [["replace", "nothing"], ["residual", "posture and manner"]], state => state.detail,
+                    (state, value) => state.detail = value as EffortState["detail"]),
+      fields.choice("Blend", ["2", "3", "4"].map(n => [n, `${n} fragments`]), state => String(state.way), (state, value) => state.way = Number(value)),
+      fields.flag("Keep timing", state => state.keep_timing, (state, on) => state.keep_timing = on),
+      fields.flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
+      fields.flag("Relative to the input", state => state.relative, (state, on) => state.relative = on),
+    ];
   }
 }
 

@@ -1,6 +1,7 @@
 // One factor of what is asked for: its value, or free; what is in reach; what came of it.
 import {checkbox, el, signed} from "./dom";
 import {LIMIT, POLES} from "./factors";
+import {Fields, type Field} from "./fields";
 
 export interface Figures {
   predicted: number | null;
@@ -8,6 +9,18 @@ export interface Figures {
   measured: number | null;
   reachable: [number, number] | null;
 }
+
+export interface FactorActs {
+  /** While the value is being moved. */
+  moved: (value: number | null) => void;
+  /** When it stays; null: the factor is free. */
+  settled: (value: number | null) => void;
+  /** How much the factor counts, beside the others. */
+  weighed: (weight: number) => void;
+}
+
+/** Weights that a factor may have. */
+const WEIGHTS: [number, number, number] = [0.1, 10, 0.1];
 
 export class FactorSlider {
   readonly root: HTMLElement;
@@ -17,41 +30,49 @@ export class FactorSlider {
   private readonly asked = el("output", {class: "asked"});
   private readonly told = el("p", {class: "told"});
 
-  /**
-   * @param moved    while the value is being moved.
-   * @param settled  when it stays; null: the factor is free.
-   */
-  constructor(factor: string, private readonly moved: (value: number | null) => void,
-              settled: (value: number | null) => void) {
+  private readonly weight: Field<{weight: number}>;
+
+  constructor(factor: string, acts: FactorActs) {
     const poles = POLES[factor];
     this.slider = el("input", {
       type: "range", min: -LIMIT, max: LIMIT, step: 0.05, value: 0, id: `slider-${factor}`,
       "aria-label": `${poles.title}, from ${poles.low} to ${poles.high}`,
     });
     const free = checkbox("free", true, on => {
-      this.show(on ? null : Number(this.slider.value));
-      settled(this.value);
+      this.showValue(on ? null : Number(this.slider.value));
+      acts.settled(this.value);
     });
     this.free = free.input;
     this.free.setAttribute("aria-label", `${poles.title} is free`);
     this.slider.addEventListener("input", () => {
-      this.show(Number(this.slider.value));
-      this.moved(this.value);
+      this.showValue(Number(this.slider.value));
+      acts.moved(this.value);
     });
-    this.slider.addEventListener("change", () => settled(this.value));
+    this.slider.addEventListener("change", () => acts.settled(this.value));
+    this.weight = new Fields<{weight: number}>(edit => {
+      const weighed = {weight: 1};
+      edit(weighed);
+      acts.weighed(weighed.weight);
+    }).number("counts", WEIGHTS, state => state.weight, (state, value) => state.weight = value);
+    this.weight.root.title = `How much ${poles.title} counts beside the others`;
     this.root = el("fieldset", {class: "factor"},
-      el("legend", {}, poles.title), this.asked, free.root,
+      el("legend", {}, poles.title), this.asked, this.weight.root, free.root,
       el("div", {class: "track"}, this.reach, this.slider),
       el("div", {class: "poles", "aria-hidden": "true"}, el("span", {}, poles.low), el("span", {}, poles.high)),
       this.told);
-    this.show(null);
+    this.show(null, 1);
   }
 
   get value(): number | null {
     return this.free.checked ? null : Number(this.slider.value);
   }
 
-  show(value: number | null): void {
+  show(value: number | null, weight: number): void {
+    this.showValue(value);
+    this.weight.show({weight});
+  }
+
+  private showValue(value: number | null): void {
     this.free.checked = value === null;
     if (value !== null) this.slider.value = String(value);
     this.slider.classList.toggle("unset", value === null);

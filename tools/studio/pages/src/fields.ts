@@ -6,9 +6,13 @@ export interface Field<State> {
   show: (state: State) => void;
 }
 
-/** Makes the fields of a state; what they change goes through `change` with a name that joins fast changes of one kind. */
+/**
+ * Makes the fields of a state; what they change goes through `change` with a name that joins fast changes of one kind,
+ * and while a slider is moved through `tried`.
+ */
 export class Fields<State> {
-  constructor(private readonly change: (edit: (state: State) => void, kind: string) => void) {}
+  constructor(private readonly change: (edit: (state: State) => void, kind: string) => void,
+              private readonly tried: (edit: (state: State) => void) => void = () => undefined) {}
 
   choice(label: string, choices: [string, string][], get: (state: State) => string, set: (state: State, value: string) => void): Field<State> {
     const made = select(label, choices.map(([value, text]) => ({value, label: text})), choices[0][0],
@@ -19,6 +23,21 @@ export class Fields<State> {
   flag(label: string, get: (state: State) => boolean, set: (state: State, on: boolean) => void): Field<State> {
     const made = checkbox(label, false, on => this.change(state => set(state, on), ""));
     return {root: made.root, show: state => made.input.checked = get(state)};
+  }
+
+  /** A number on a slider. */
+  range(label: string, [min, max, step]: [number, number, number], get: (state: State) => number,
+        set: (state: State, value: number) => void): Field<State> {
+    const input = el("input", {type: "range", min, max, step}), shown = el("output", {class: "asked"});
+    input.addEventListener("input", () => {
+      shown.value = Number(input.value).toFixed(2);
+      this.tried(state => set(state, Number(input.value)));
+    });
+    input.addEventListener("change", () => this.change(state => set(state, Number(input.value)), label));
+    return {root: el("label", {class: "field"}, label, input, shown), show: state => {
+      input.value = String(get(state));
+      shown.value = get(state).toFixed(2);
+    }};
   }
 
   /** A number within limits; null, where it may be left out, is an empty field. */
