@@ -224,6 +224,44 @@ TEST(LabelRoom, RefusesWhatIsNoRatingAndWritesNothing) {
   EXPECT_THROW((void)room.answer(rating(place, 1)), HttpError);  // a second time
 }
 
+TEST(LabelRoom, AnAnswerIsMendedInItsRowAndTheLogKeepsTheOldOne) {
+  const fs::path sheet = blank_sheet();
+  LabelRoom room(options(sheet), {});
+  const Json place = room.next()["place"];
+  EXPECT_THROW((void)room.answered_at(place), HttpError);
+  const Json next = room.answer(rating(place, 1));
+  EXPECT_EQ(room.answered_at(place)["factors"]["flow"], 1.0);
+  EXPECT_EQ(room.answered_at(place)["confidence"], 0.75);
+  const effort::LabelTable before = table_of(sheet);
+
+  Json mended = rating(place, -2.5);
+  mended["mend"] = true;
+  mended["factors"]["time"] = nullptr;
+  mended["comment"] = "";
+  EXPECT_EQ(room.answer(mended), next);
+  const effort::LabelTable after = table_of(sheet);
+  ASSERT_EQ(after.rows.size(), before.rows.size());
+  for (std::size_t n = 0; n < after.rows.size(); ++n) {
+    EXPECT_EQ(after.rows[n].fragment, before.rows[n].fragment);
+    if (after.rows[n].observer != "ann") continue;
+    EXPECT_EQ(after.rows[n].flow, -2.5);
+    EXPECT_EQ(after.rows[n].time, std::nullopt);
+    EXPECT_EQ(after.rows[n].comment, "");
+  }
+  std::istringstream log(test::bytes_of(sheet.string() + ".log"));
+  std::string line;
+  for (int n = 0; n < 2; ++n) std::getline(log, line);
+  EXPECT_EQ(Json::parse(line)["before"]["factors"]["flow"], 1.0);
+  EXPECT_EQ(Json::parse(line)["before"]["factors"]["time"], 2.0);
+
+  Json none = rating(next["place"], 1);
+  none["mend"] = true;
+  EXPECT_THROW((void)room.answer(none), HttpError);
+  mended["factors"]["flow"] = 0.25;
+  EXPECT_THROW((void)room.answer(mended), HttpError);
+  EXPECT_EQ(table_of(sheet).rows.size(), before.rows.size());
+}
+
 TEST(LabelRoom, ShowsMotionsWithoutNamesOnOneBody) {
   LabelRoom room(options(blank_sheet()), {});
   const int all = room.next()["all"];

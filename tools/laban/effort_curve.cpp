@@ -9,6 +9,16 @@
 #include "number_checks.h"
 
 namespace laban::cli {
+namespace {
+
+/// What more than half of the frames show; empty: nothing does.
+std::string content_of_most(const std::map<std::string, int>& frames_of, int frame_count) {
+  for (const auto& [content, frames] : frames_of)
+    if (2 * frames > frame_count) return content;
+  return {};
+}
+
+}  // namespace
 
 void add_effort_curve_options(CLI::App* verb, EffortCurveOptions& options) {
   const std::string group = "Measuring Effort";
@@ -37,19 +47,21 @@ std::string content_of(const transfer::StyleModel& model, const motion::PoseMatr
   // The performer's mean pose is not known from one action; segmentation estimates it.
   const auto cut = align::segment_input(pose, model.database);
   if (!cut) return {};
-  std::map<int, int> frames_of;
+  std::map<std::string, int> frames_of;
   for (const align::Snippet& snippet : cut->snippets) {
-    const int group = model.contents.numbers[static_cast<std::size_t>(snippet.fragment)];
-    const bool near =
-        snippet.mean_cost() <= model.match_costs[static_cast<std::size_t>(group)].threshold;
-    if (near) frames_of[group] += snippet.end - snippet.begin;
+    const auto group = static_cast<std::size_t>(
+        model.contents.numbers[static_cast<std::size_t>(snippet.fragment)]);
+    if (snippet.mean_cost() <= model.match_costs[group].threshold)
+      frames_of[model.contents.names[group]] += snippet.end - snippet.begin;
   }
-  for (const auto& [group, frames] : frames_of) {
-    if (2 * frames > pose.frame_count()) {
-      return model.contents.names[static_cast<std::size_t>(group)];
-    }
-  }
-  return {};
+  return content_of_most(frames_of, pose.frame_count());
+}
+
+std::string content_of(const transfer::SegmentedInput& segmented) {
+  std::map<std::string, int> frames_of;
+  for (const transfer::InputSnippet& snippet : segmented.snippets)
+    if (snippet.matches()) frames_of[snippet.content] += snippet.end - snippet.begin;
+  return content_of_most(frames_of, segmented.input.frame_count());
 }
 
 io::MotionTable effort_table(const transfer::StyleModel& model, const motion::PoseMatrix& pose,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "laban/io/motion_table.h"
+#include "laban/transfer/apply_style.h"
 
 #include "files.h"
 
@@ -22,6 +23,9 @@ void add_effort_curve_options(CLI::App* verb, EffortCurveOptions& options);
 /// @throws Error{kUsage} if the model does not know the content named.
 [[nodiscard]] std::string content_of(const transfer::StyleModel& model,
                                      const motion::PoseMatrix& pose, const std::string& named);
+
+/// The same of a clip that is cut already.
+[[nodiscard]] std::string content_of(const transfer::SegmentedInput& segmented);
 
 /// Flow, Weight and Time over time, as the kinematic observer sees them.
 [[nodiscard]] io::MotionTable effort_table(const transfer::StyleModel& model,

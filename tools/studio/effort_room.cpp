@@ -76,8 +76,8 @@ void EffortRoom::take(const Json& json) {
     throw HttpError(409, "the state is of the model '" + state.styling.model +
                              "'; open it with: laban studio --model " + state.styling.model);
   }
-  // All free is a state to begin with, not an error.
-  styling_.asked = cli::read_asked(state.styling.asked, true, styling_.inputs);
+  styling_.asked =
+      cli::read_asked(state.styling.asked, state.styling.may_ask_nothing, styling_.inputs);
   styling_.options = std::move(state.styling);
   styling_.options.apply.by_hand = cli::find_blends(styling_.options.by_hand, styling_.model);
 }
@@ -200,7 +200,7 @@ Json EffortRoom::snippet(const Json& request) {
 Json EffortRoom::over_time(const Json& request) {
   const cli::SegmentedClip& clip = segmented(text_at(request, "clip"));
   const transfer::StyleModel& model = styling_.model;
-  const std::string content = cli::content_of(model, clip.segmented.input, "");
+  const std::string content = cli::content_of(clip.segmented);
   const auto measured = [&](const motion::PoseMatrix& pose) {
     const io::MotionTable table = cli::effort_table(model, pose, content, kWindowS);
     Json json = {{"seconds", Json::array()}, {"effort", Json::object()}};

@@ -104,6 +104,7 @@ export interface EffortState {
   detail: "replace" | "residual";
   strength: number;
   keep_timing: boolean;
+  foot_fix: boolean;
   stay: number;
   way: number;
   locks: Lock[];

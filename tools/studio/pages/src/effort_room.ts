@@ -85,6 +85,8 @@ export class EffortRoom implements Room {
       return;
     }
     if (clip.id !== this.clip?.id) await this.openClip(clip);
+    // Another was chosen while it opened: that one is shown, where it was chosen.
+    if (clip !== this.studio.clip) return;
     host.append(el("div", {class: "room effort-room"},
       el("div", {class: "left"}, this.stage.root, this.timeline.root,
          el("div", {class: "over-time"}, this.legend(), this.overTime.root)),
@@ -110,21 +112,23 @@ export class EffortRoom implements Room {
   private async openClip(clip: ClipInfo): Promise<void> {
     const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
     const opened = await postJson<OpenedEffort>("/api/effort/open", {clip: clip.id});
-    this.clip = clip;
-    this.opened = opened;
-    this.input = await staged(`input: ${clip.name}`, clip, motion);
+    const input = await staged(`input: ${clip.name}`, clip, motion);
     // A character is in one pane at a time: the output has its own.
-    this.outputCharacter = (await staged("", clip, motion)).character ?? null;
+    const outputCharacter = (await staged("", clip, motion)).character ?? null;
+    if (clip !== this.studio.clip) return;
+    [this.clip, this.opened, this.input, this.outputCharacter] = [clip, opened, input, outputCharacter];
     this.output = this.report = this.selected = this.inputOverTime = null;
-    this.sliders = new Map(opened.factors.map(factor => [factor, new FactorSlider(factor,
-      value => this.draft(state => state.asked[factor] = value), value => this.change(state => state.asked[factor] = value, factor))]));
+    this.sliders = new Map(opened.factors.map((factor, n) => [factor, new FactorSlider(factor,
+      value => this.draft(state => state.asked[factor] = value), value => this.change(state => state.asked[factor] = value, factor),
+      weight => this.change(state => state.weights = opened.factors.map((_, m) => m === n ? weight : state.weights[m] ?? 1)))]));
     this.panel = new SnippetPanel(opened.factors, {
       lock: (lock, done) => done ? this.change(state => setLock(state, lock)) : this.draft(state => setLock(state, lock)),
       unlock: snippet => this.change(state => state.locks = state.locks.filter(lock => lock.snippet !== snippet)),
+      giveUp: () => this.changed(this.tools.state),
     });
     this.options = this.makeOptions();
-    this.stage.setClips([this.input]);
-    this.tools.begin(opened.state);
+    this.stage.setClips([input]);
+    this.tools.begin(opened.state, clip.id);
   }
 
   /** A state for good: a step of the history. */
@@ -143,7 +147,10 @@ export class EffortRoom implements Room {
 
   private changed(state: EffortState): void {
     clearTimeout(this.timer);
-    for (const [factor, slider] of this.sliders) slider.show(state.asked[factor] ?? null);
+    [...this.sliders].forEach(([factor, slider], n) => {
+      slider.show(state.asked[factor] ?? null);
+      slider.showWeight(state.weights[n] ?? 1);
+    });
     this.options?.show(state);
     this.styling.ask({state, draft: false});
     this.measuring.ask(state);
@@ -152,7 +159,9 @@ export class EffortRoom implements Room {
 
   private async style({state, draft}: Task): Promise<void> {
     await this.studio.attempt(async () => {
-      const output = await postMotion("/api/effort/style", {clip: this.clip!.id, state, draft});
+      const clip = this.clip!;
+      const output = await postMotion("/api/effort/style", {clip: clip.id, state, draft});
+      if (clip !== this.clip) return;
       this.output = output;
       this.report = output.header["report"] as StyleReport;
       this.stage.setClips([this.input!, {label: "output", motion: output, character: this.outputCharacter}]);
@@ -227,18 +236,22 @@ export class EffortRoom implements Room {
     await this.studio.attempt(async () => {
       const n = this.selected;
       if (n === null) return;
+      const clip = this.clip!;
       const choices = await postJson<SnippetChoices>(
-        "/api/effort/snippet", {clip: this.clip!.id, state, snippet: n});
-      if (n !== this.selected) return;
+        "/api/effort/snippet", {clip: clip.id, state, snippet: n});
+      if (n !== this.selected || clip !== this.clip) return;
       this.panel!.show(n, choices, state.locks.some(lock => lock.snippet === n));
       this.panel!.root.scrollIntoView({block: "nearest"});
     });
   }
 
   private async drawOverTime(state: EffortState): Promise<void> {
-    const ask = (of: EffortState | null) => postJson<OverTime>("/api/effort/over-time", {clip: this.clip!.id, state: of});
-    const before = this.inputOverTime ??= await ask(null);
+    const clip = this.clip!;
+    const ask = (of: EffortState | null) => postJson<OverTime>("/api/effort/over-time", {clip: clip.id, state: of});
+    const before = this.inputOverTime ?? await ask(null);
     const after = await ask(state);
+    if (clip !== this.clip) return;
+    this.inputOverTime = before;
     const last = Math.max(before.seconds[before.seconds.length - 1], after.seconds[after.seconds.length - 1]);
     const factors = Object.keys(after.effort);
     const curves = (told: OverTime, faint: string) => factors.map(factor => ({
@@ -271,15 +284,17 @@ export class EffortRoom implements Room {
     const strength = number("Strength", 1, 0.05, (state, value) => state.strength = value);
     const stay = number("Others stay", 1, 0.05, (state, value) => state.stay = value);
     const timing = checkbox("Keep timing", false, on => this.change(state => state.keep_timing = on));
+    const feet = checkbox("Hold feet", true, on => this.change(state => state.foot_fix = on));
     const relative = checkbox("Relative to the input", false, on => this.change(state => state.relative = on));
     return {
-      root: el("div", {class: "options"}, strength.root, stay.root, detail.root, way.root, timing.root, relative.root),
+      root: el("div", {class: "options"}, strength.root, stay.root, detail.root, way.root, timing.root, feet.root, relative.root),
       show: state => {
         detail.input.value = state.detail;
         way.input.value = String(state.way);
         strength.input.value = String(state.strength);
         stay.input.value = String(state.stay);
         timing.input.checked = state.keep_timing;
+        feet.input.checked = state.foot_fix;
         relative.input.checked = state.relative;
       },
     };

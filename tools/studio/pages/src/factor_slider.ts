@@ -16,13 +16,15 @@ export class FactorSlider {
   private readonly reach = el("div", {class: "reach"});
   private readonly asked = el("output", {class: "asked"});
   private readonly told = el("p", {class: "told"});
+  private readonly weight: HTMLInputElement;
 
   /**
    * @param moved    while the value is being moved.
    * @param settled  when it stays; null: the factor is free.
+   * @param weighed  when its importance in the search is changed.
    */
   constructor(factor: string, private readonly moved: (value: number | null) => void,
-              settled: (value: number | null) => void) {
+              settled: (value: number | null) => void, weighed: (weight: number) => void) {
     const poles = POLES[factor];
     this.slider = el("input", {
       type: "range", min: -LIMIT, max: LIMIT, step: 0.05, value: 0, id: `slider-${factor}`,
@@ -38,9 +40,13 @@ export class FactorSlider {
       this.show(Number(this.slider.value));
       this.moved(this.value);
     });
-    this.slider.addEventListener("change", () => settled(this.value));
+    // A drag that the system takes over stops where it is; not every browser then tells of a change.
+    for (const kind of ["change", "pointercancel"]) this.slider.addEventListener(kind, () => settled(this.value));
+    this.weight = el("input", {type: "number", min: 0.1, max: 100, step: "any", "aria-label": `Importance of ${poles.title}`});
+    this.weight.addEventListener("change", () => weighed(Math.max(0.1, Math.min(Number(this.weight.value) || 1, 100))));
     this.root = el("fieldset", {class: "factor"},
-      el("legend", {}, poles.title), this.asked, free.root,
+      el("legend", {}, poles.title), this.asked,
+      el("label", {class: "field", title: "How much this factor counts where not all can be reached"}, "importance", this.weight), free.root,
       el("div", {class: "track"}, this.reach, this.slider),
       el("div", {class: "poles", "aria-hidden": "true"}, el("span", {}, poles.low), el("span", {}, poles.high)),
       this.told);
@@ -49,6 +55,10 @@ export class FactorSlider {
 
   get value(): number | null {
     return this.free.checked ? null : Number(this.slider.value);
+  }
+
+  showWeight(weight: number): void {
+    this.weight.value = String(weight);
   }
 
   show(value: number | null): void {

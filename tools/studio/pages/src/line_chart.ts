@@ -36,6 +36,9 @@ export class LineChart {
   // Apart from the picture: it moves with every frame, and the curves need not be drawn again for it.
   private readonly mark = el("div", {class: "mark away", "aria-hidden": "true"});
 
+  /** Called when a drag is given up: what was picked in it does not count. */
+  givenUp: () => void = () => undefined;
+
   /** @param picked  called with x where the chart is clicked or dragged; none: it takes no pointer. */
   constructor(private readonly picked?: (x: number, done: boolean) => void, private readonly width = WIDTH) {
     this.picture = svg("svg", {viewBox: `0 0 ${width} ${HEIGHT}`, role: "img"});
@@ -112,6 +115,10 @@ export class LineChart {
     });
     this.root.addEventListener("pointerup", event => {
       if (held) this.picked?.(at(event), true);
+      held = false;
+    });
+    this.root.addEventListener("pointercancel", () => {
+      if (held) this.givenUp();
       held = false;
     });
   }
