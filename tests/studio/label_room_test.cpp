@@ -127,54 +127,6 @@ TEST(LabelRoom, GoesOnWhereItStoppedAndGivesAnotherRaterRowsOfTheirOwn) {
   EXPECT_EQ(agreement["factors"].size(), 3U);
 }
 
-TEST(LabelRoom, AnAnswerIsMendedInItsPlaceAndTheLogKeepsTheEarlierOne) {
-  const fs::path sheet = blank_sheet();
-  LabelRoom room(options(sheet), {});
-  const auto status_of = [](const auto& act) {
-    try {
-      act();
-    } catch (const HttpError& error) {
-      return error.status();
-    }
-    return 200U;
-  };
-  Json first = rating(0, 1.5);
-  const auto answer = [&](bool again) {
-    first["again"] = again;
-    return room.answer(first);
-  };
-  EXPECT_EQ(status_of([&] { (void)room.answer_at(0); }), 404U);
-  EXPECT_EQ(status_of([&] { (void)answer(true); }), 409U);
-  (void)answer(false);
-  const Json next = room.answer(rating(1, 1));
-  EXPECT_EQ(room.answer_at(0)["factors"]["flow"], 1.5);
-  EXPECT_EQ(room.answer_at(0)["confidence"], 0.75);
-  EXPECT_EQ(status_of([&] { (void)answer(false); }), 409U);
-  const auto rows = table_of(sheet).rows.size();
-  first["factors"] = {{"flow", Json()}, {"weight", -2}, {"time", 0.5}};
-  first["comment"] = "on second thoughts";
-  EXPECT_EQ(answer(true), next);
-  EXPECT_EQ(table_of(sheet).rows.size(), rows);
-  const Json now = room.answer_at(0);
-  EXPECT_TRUE(now["factors"]["flow"].is_null());
-  EXPECT_EQ(now["factors"]["weight"], -2);
-  EXPECT_EQ(now["comment"], "on second thoughts");
-  EXPECT_EQ(room.answer_at(1)["factors"]["weight"], -0.5);
-  std::istringstream log(test::bytes_of(sheet.string() + ".log"));
-  std::string line;
-  std::vector<Json> lines;
-  while (std::getline(log, line)) lines.push_back(Json::parse(line));
-  ASSERT_EQ(lines.size(), 3U);
-  EXPECT_TRUE(lines[1]["before"].is_null());
-  EXPECT_EQ(lines[2]["place"], 0);
-  EXPECT_EQ(lines[2]["before"]["factors"]["flow"], 1.5);
-  EXPECT_EQ(status_of([&] {
-              first["again"] = 1;
-              (void)room.answer(first);
-            }),
-            400U);
-}
-
 /// Answers what is asked, each motion otherwise.
 void answer_all(LabelRoom& room, int most = 1000) {
   Json next = room.next();
@@ -270,6 +222,44 @@ TEST(LabelRoom, RefusesWhatIsNoRatingAndWritesNothing) {
   EXPECT_EQ(base::read_file(sheet), before);
   (void)room.answer(rating(place, 1));
   EXPECT_THROW((void)room.answer(rating(place, 1)), HttpError);  // a second time
+}
+
+TEST(LabelRoom, AnAnswerIsMendedInItsRowAndTheLogKeepsTheOldOne) {
+  const fs::path sheet = blank_sheet();
+  LabelRoom room(options(sheet), {});
+  const Json place = room.next()["place"];
+  EXPECT_THROW((void)room.answered_at(place), HttpError);
+  const Json next = room.answer(rating(place, 1));
+  EXPECT_EQ(room.answered_at(place)["factors"]["flow"], 1.0);
+  EXPECT_EQ(room.answered_at(place)["confidence"], 0.75);
+  const effort::LabelTable before = table_of(sheet);
+
+  Json mended = rating(place, -2.5);
+  mended["mend"] = true;
+  mended["factors"]["time"] = nullptr;
+  mended["comment"] = "";
+  EXPECT_EQ(room.answer(mended), next);
+  const effort::LabelTable after = table_of(sheet);
+  ASSERT_EQ(after.rows.size(), before.rows.size());
+  for (std::size_t n = 0; n < after.rows.size(); ++n) {
+    EXPECT_EQ(after.rows[n].fragment, before.rows[n].fragment);
+    if (after.rows[n].observer != "ann") continue;
+    EXPECT_EQ(after.rows[n].flow, -2.5);
+    EXPECT_EQ(after.rows[n].time, std::nullopt);
+    EXPECT_EQ(after.rows[n].comment, "");
+  }
+  std::istringstream log(test::bytes_of(sheet.string() + ".log"));
+  std::string line;
+  for (int n = 0; n < 2; ++n) std::getline(log, line);
+  EXPECT_EQ(Json::parse(line)["before"]["factors"]["flow"], 1.0);
+  EXPECT_EQ(Json::parse(line)["before"]["factors"]["time"], 2.0);
+
+  Json none = rating(next["place"], 1);
+  none["mend"] = true;
+  EXPECT_THROW((void)room.answer(none), HttpError);
+  mended["factors"]["flow"] = 0.25;
+  EXPECT_THROW((void)room.answer(mended), HttpError);
+  EXPECT_EQ(table_of(sheet).rows.size(), before.rows.size());
 }
 
 TEST(LabelRoom, ShowsMotionsWithoutNamesOnOneBody) {

@@ -1,3 +1,6 @@
+#include <cstdio>
+#include <sstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -115,6 +118,63 @@ TEST(EffortRoom, AllFreeIsTheInputAsCaptured) {
       post("/api/effort/style", Json{{"clip", "c0"}, {"state", state}}.dump()).body);
   for (const Json& snippet : styled.header["report"]["snippets"])
     EXPECT_TRUE(snippet["kept_as_captured"]);
+}
+
+TEST(EffortRoom, AllFreeIsExportedAsTheVerbWritesIt) {
+  const auto folder = test::fresh_folder();
+  const Json state = post_json("/api/effort/open", {{"clip", "c0"}})["state"];
+  base::write_file(folder / "room.json", state.dump());
+  const Response exported =
+      post("/api/effort/export?format=bvh", Json{{"clip", "c0"}, {"state", state}}.dump());
+  const auto run = test::run_laban("apply --state room.json -o free.bvh", folder);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(test::bytes_of(folder / "free.bvh"), exported.body);
+}
+
+TEST(EffortRoom, WeightsChangeTheSearchAsTheVerbsDo) {
+  const auto folder = test::fresh_folder();
+  Json state = asked_for(2.0);
+  state["asked"]["flow"] = -2.0;
+  state["asked"]["weight"] = -2.0;
+  const auto exported = [&] {
+    return post("/api/effort/export?format=bvh", Json{{"clip", "c0"}, {"state", state}}.dump())
+        .body;
+  };
+  const std::string even = exported();
+  state["weights"] = {1, 1, 20};
+  const std::string uneven = exported();
+  EXPECT_NE(uneven, even);
+  const auto run = test::run_laban("apply '" + kTake +
+                                       "' --flow -2 --weight -2 --time 2 --weights 1,1,20 "
+                                       "-o weighed.bvh",
+                                   folder);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(test::bytes_of(folder / "weighed.bvh"), uneven);
+}
+
+TEST(EffortRoom, EffortOverTimeIsAsTheVerbMeasuresIt) {
+  const auto folder = test::fresh_folder();
+  const std::string walk = LABAN_SOURCE_DIR "/data/phrase/phrase_walk_p01.bvh";
+  StudioOptions options;
+  options.clips = {walk};  // one content: it is measured against that one's reference
+  StudioClient studio(options);
+  const Json told = studio.post_json("/api/effort/over-time", {{"clip", "c0"}, {"state", nullptr}});
+  const auto run = test::run_laban("measure '" + walk + "' --over-time curve.csv", folder);
+  ASSERT_EQ(run.code, 0) << run.err;
+  std::istringstream curve(test::bytes_of(folder / "curve.csv"));
+  std::string line;
+  std::size_t frames = 0;
+  while (std::getline(curve, line)) {
+    double seconds = 0.0, flow = 0.0, weight = 0.0, time = 0.0;
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf", &seconds, &flow, &weight, &time) != 4)
+      continue;
+    ASSERT_LT(frames, told["seconds"].size());
+    EXPECT_NEAR(told["effort"]["flow"][frames].get<double>(), flow, 1e-5);
+    EXPECT_NEAR(told["effort"]["weight"][frames].get<double>(), weight, 1e-5);
+    EXPECT_NEAR(told["effort"]["time"][frames].get<double>(), time, 1e-5);
+    ++frames;
+  }
+  EXPECT_EQ(frames, told["seconds"].size());
 }
 
 TEST(EffortRoom, EveryRequestStandsForItself) {

@@ -100,6 +100,7 @@ EffortState read_effort_state(const Json& json, const std::string& name) {
   state.input = reader.text("input");
   styling.model = reader.text("model");
   styling.asked = read_asked_of(reader, name);
+  styling.may_ask_nothing = true;  // the room begins with all factors free
   const std::string detail = reader.text("detail");
   if (detail != "replace" && detail != "residual")
     reader.fail_at("detail", "is neither replace nor residual");

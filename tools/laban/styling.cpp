@@ -98,7 +98,7 @@ void add_styling_options(CLI::App* verb, StylingOptions& options) {
 
 Styling read_styling(const StylingOptions& options) {
   std::vector<InputRecord> inputs(1);
-  transfer::AskedEffort asked = read_asked(options.asked, !options.by_hand.empty(), inputs);
+  transfer::AskedEffort asked = read_asked(options.asked, options.may_ask_nothing, inputs);
   Styling styling{options, std::move(asked), read_model(options.model, inputs.front()), {}};
   styling.options.apply.by_hand = find_blends(options.by_hand, styling.model);
   styling.inputs = std::move(inputs);

@@ -23,6 +23,7 @@ struct HandSetBlend {
 /// How clips are styled, whichever and however many.
 struct StylingOptions {
   AskedOptions asked;
+  bool may_ask_nothing = false;       ///< nothing asked for is no error: all is kept as captured
   std::vector<HandSetBlend> by_hand;  ///< of one clip; becomes ApplyOptions::by_hand
   transfer::ApplyOptions apply;
   bool no_foot_fix = false;

@@ -76,8 +76,8 @@ void EffortRoom::take(const Json& json) {
     throw HttpError(409, "the state is of the model '" + state.styling.model +
                              "'; open it with: laban studio --model " + state.styling.model);
   }
-  // All free is a state to begin with, not an error.
-  styling_.asked = cli::read_asked(state.styling.asked, true, styling_.inputs);
+  styling_.asked =
+      cli::read_asked(state.styling.asked, state.styling.may_ask_nothing, styling_.inputs);
   styling_.options = std::move(state.styling);
   styling_.options.apply.by_hand = cli::find_blends(styling_.options.by_hand, styling_.model);
 }

@@ -7,7 +7,6 @@
 #include <cstring>
 
 #include <fcntl.h>
-#include <fmt/core.h>
 #include <unistd.h>
 
 #include "laban/base/atomic_file.h"
@@ -84,26 +83,6 @@ std::optional<double> confidence_of(const Json& request) {
   return value.get<double>();
 }
 
-bool flag_of(const Json& request, const char* key) {
-  const Json value = request.value(key, Json(false));
-  if (!value.is_boolean()) throw HttpError(400, fmt::format("'{}' is neither true nor false", key));
-  return value;
-}
-
-/// What a rater said of a fragment.
-Json answer_json(const effort::LabelRow& row) {
-  const auto told = [](const std::optional<double>& value) {
-    return value ? Json(*value) : Json();
-  };
-  return {{"factors",
-           {{"flow", told(row.flow)},
-            {"weight", told(row.weight)},
-            {"time", told(row.time)},
-            {"space", told(row.space)}}},
-          {"confidence", told(row.confidence)},
-          {"comment", row.comment}};
-}
-
 std::string comment_of(const Json& request) {
   const Json value = request.value("comment", Json(""));
   if (!value.is_string() || value.get<std::string>().size() > kLongestComment)
@@ -114,6 +93,11 @@ std::string comment_of(const Json& request) {
   return text;
 }
 
+/// True if any factor was observed.
+bool is_observed(const effort::LabelRow& row) {
+  return row.flow || row.weight || row.time || row.space;
+}
+
 /// Where a judgement goes: into the blank row of its fragment, else behind the fragment's last.
 effort::LabelRow& row_for(effort::LabelTable& table, const RatingTask& task) {
   auto& rows = table.rows;
@@ -122,8 +106,7 @@ effort::LabelRow& row_for(effort::LabelTable& table, const RatingTask& task) {
   if (last == rows.rend())
     throw HttpError(409, "the table no longer has this fragment; start the studio again");
   const auto blank = std::find_if(rows.begin(), rows.end(), [&](const effort::LabelRow& row) {
-    return same(row) && row.observer.empty() && !row.flow && !row.weight && !row.time &&
-           !row.space && !row.confidence;
+    return same(row) && row.observer.empty() && !is_observed(row) && !row.confidence;
   });
   if (task.repeat == 0 && blank != rows.end()) return *blank;
   effort::LabelRow copy = *last;
@@ -185,12 +168,12 @@ Routes LabelRoom::routes() {
        [this, place_of](const Request& request) {
          return motion(place_of(request), query_value(request, "which") == "neutral");
        }},
-      {"POST /api/label/answer",
-       json_route([this](const Json& request) { return answer(request); })},
       {"GET /api/label/answer",
        [this, place_of](const Request& request) {
-         return json_response(answer_at(place_of(request)));
+         return json_response(answered_at(place_of(request)));
        }},
+      {"POST /api/label/answer",
+       json_route([this](const Json& request) { return answer(request); })},
       {"GET /api/label/agreement", [this](const Request&) { return json_response(agreement()); }}};
 }
 
@@ -198,15 +181,34 @@ effort::LabelTable LabelRoom::table() const {
   return effort::parse_label_table(base::read_file(options_.table), options_.table);
 }
 
-const effort::LabelRow* LabelRoom::answer_of(const effort::LabelTable& table,
-                                             const RatingTask& task) const {
+const effort::LabelRow* LabelRoom::answer_to(const RatingTask& task,
+                                             const effort::LabelTable& table) const {
   const auto found =
       std::find_if(table.rows.begin(), table.rows.end(), [&](const effort::LabelRow& row) {
         return row.fragment == task.fragment && row.observer == options_.observer &&
-               row.repeat == task.repeat &&
-               (row.flow || row.weight || row.time || row.space || row.confidence);
+               row.repeat == task.repeat && (is_observed(row) || row.confidence);
       });
   return found == table.rows.end() ? nullptr : &*found;
+}
+
+Json LabelRoom::told(const effort::LabelRow& row) const {
+  const auto number = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json();
+  };
+  Json json = {
+      {"factors",
+       {{"flow", number(row.flow)}, {"weight", number(row.weight)}, {"time", number(row.time)}}},
+      {"confidence", is_observed(row) ? number(row.confidence) : Json()},
+      {"comment", row.comment}};
+  if (options_.space) json["factors"]["space"] = number(row.space);
+  return json;
+}
+
+Json LabelRoom::answered_at(int place) const {
+  const effort::LabelTable now = table();
+  const effort::LabelRow* row = answer_to(task_at(place), now);
+  if (row == nullptr) throw HttpError(404, "nothing was answered at this place");
+  return told(*row);
 }
 
 const RatingTask& LabelRoom::task_at(int place) const {
@@ -241,7 +243,7 @@ void LabelRoom::queue_blends(const effort::LabelTable& table) {
   std::vector<RatingTask> others;
   for (const transfer::CorpusBlend& blend : corpus.blends) {
     const RatingTask task{blend.name, 0};
-    if (answer_of(table, task) != nullptr) {
+    if (answer_to(task, table) != nullptr) {
       tasks_.push_back(task);
     } else if (cli::has_labelled_parents(corpus, blend)) {
       pool.push_back(blend);
@@ -259,7 +261,7 @@ void LabelRoom::queue_blends(const effort::LabelTable& table) {
 
 Json LabelRoom::next() {
   const effort::LabelTable now = table();
-  const auto is_answered = [&](const RatingTask& task) { return answer_of(now, task) != nullptr; };
+  const auto is_answered = [&](const RatingTask& task) { return answer_to(task, now) != nullptr; };
   if (waiting_ > 0 && std::all_of(tasks_.begin(), tasks_.end(), is_answered)) queue_blends(now);
   Json factors{"flow", "weight", "time"};
   if (options_.space) factors.push_back("space");
@@ -304,48 +306,41 @@ Json LabelRoom::answer(const Json& request) {
   const Json place = request.value("place", Json());
   if (!place.is_number_integer()) throw HttpError(400, "'place' is no whole number");
   const RatingTask& task = task_at(place);
-  const Json factors = request.value("factors", Json::object());
   effort::LabelTable now = table();
-  const effort::LabelRow* const earlier = answer_of(now, task);
-  const bool again = flag_of(request, "again");
-  if (again != (earlier != nullptr))
-    throw HttpError(409, again ? "this was not answered yet" : "this was answered before");
-  const Json before = again ? answer_json(*earlier) : Json();
-  effort::LabelRow& row =
-      again ? now.rows[static_cast<std::size_t>(earlier - now.rows.data())] : row_for(now, task);
+  const effort::LabelRow* before = answer_to(task, now);
+  const bool mend = request.value("mend", Json(false)) == Json(true);
+  if (mend && before == nullptr) throw HttpError(409, "there is no answer to mend");
+  if (!mend && before != nullptr) throw HttpError(409, "this was answered before");
+  Json line = {{"fragment", task.fragment},
+               {"repeat", task.repeat},
+               {"observer", options_.observer},
+               {"seed", options_.seed},
+               {"place", place},
+               {"replays", request.value("replays", Json())},
+               {"seconds", request.value("seconds", Json())}};
+  if (mend) line["before"] = told(*before);
+  rate(mend ? now.rows[static_cast<std::size_t>(before - now.rows.data())] : row_for(now, task),
+       task, request);
+  // What is replaced is in the log before it leaves the table.
+  if (mend) log(line);
+  base::write_file(options_.table, effort::format_label_table(now), {.overwrite = true});
+  if (!mend) log(line);
+  return next();
+}
+
+void LabelRoom::rate(effort::LabelRow& row, const RatingTask& task, const Json& request) const {
+  const Json factors = request.value("factors", Json::object());
   row.flow = rating_of(factors, "flow");
   row.weight = rating_of(factors, "weight");
   row.time = rating_of(factors, "time");
   if (options_.space) row.space = rating_of(factors, "space");
   row.confidence = confidence_of(request);
   // Nothing observed is an answer too: one that counts nowhere.
-  if (!row.flow && !row.weight && !row.time && !row.space) row.confidence = 0.0;
+  if (!is_observed(row)) row.confidence = 0.0;
   row.comment = comment_of(request);
   row.observer = options_.observer;
   row.source = effort::LabelSource::kExpert;
   row.repeat = task.repeat;
-  const Json line = {{"fragment", task.fragment},
-                     {"repeat", task.repeat},
-                     {"observer", options_.observer},
-                     {"seed", options_.seed},
-                     {"place", place},
-                     {"before", before},
-                     {"replays", request.value("replays", Json())},
-                     {"seconds", request.value("seconds", Json())}};
-  // What leaves the table stands in the log first.
-  if (again) log(line);
-  base::write_file(options_.table, effort::format_label_table(now), {.overwrite = true});
-  if (!again) log(line);
-  return next();
-}
-
-Json LabelRoom::answer_at(int place) const {
-  const effort::LabelTable now = table();
-  const effort::LabelRow* const row = answer_of(now, task_at(place));
-  if (row == nullptr) throw HttpError(404, "this was not answered yet");
-  Json json = answer_json(*row);
-  json["place"] = place;
-  return json;
 }
 
 void LabelRoom::log(const Json& line) const {
@@ -359,7 +354,7 @@ void LabelRoom::log(const Json& line) const {
   if (file >= 0) ::close(file);
   if (!written) {
     throw base::Error(base::ErrorKind::kIo, path + ": cannot be written: " + std::strerror(failed) +
-                                                "; the answer itself is in the table");
+                                                "; the table holds what was answered");
   }
 }
 

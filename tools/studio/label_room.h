@@ -55,28 +55,32 @@ class LabelRoom {
   /// @throws HttpError{404} if there is no such place.
   [[nodiscard]] Response motion(int place, bool neutral) const;
   /// Takes {"place", "factors": {"flow": half steps or null, ..}, "confidence", "comment",
-  /// "replays", "seconds", "again"}: into the table, and with replays and seconds into TABLE.log, a
-  /// line of JSON each. With "again" true it takes the place of this observer's earlier answer,
-  /// which the log keeps.
-  /// @throws HttpError{400} naming the key; HttpError{409} if it was answered before and is not to
-  ///         be again, or the other way round; Error{kIo} if it cannot be written.
+  /// "replays", "seconds"}: into the table, and with replays and seconds into TABLE.log, a line of
+  /// JSON each. With "mend": true it takes the place of this observer's answer there, which the
+  /// log's line then keeps as "before".
+  /// @throws HttpError{400} naming the key; HttpError{409} if there is an answer and it is not to
+  ///         be mended, or none that could be; Error{kIo} if it cannot be written.
   Json answer(const Json& request);
-  /// What this observer answered at a place: {"place", "factors", "confidence", "comment"}.
-  /// @throws HttpError{404} if nothing.
-  [[nodiscard]] Json answer_at(int place) const;
+  /// This observer's answer at a place: {"factors", "confidence", "comment"}.
+  /// @throws HttpError{404} if there is none.
+  [[nodiscard]] Json answered_at(int place) const;
   /// How far raters agree so far (effort::rater_agreement), factor by factor.
   [[nodiscard]] Json agreement() const;
 
  private:
   [[nodiscard]] effort::LabelTable table() const;
-  /// This observer's answer; null: there is none.
-  [[nodiscard]] const effort::LabelRow* answer_of(const effort::LabelTable& table,
-                                                  const RatingTask& task) const;
+  /// The row of this observer's answer; nullptr: there is none.
+  [[nodiscard]] const effort::LabelRow* answer_to(const RatingTask& task,
+                                                  const effort::LabelTable& table) const;
+  /// The answer of a row as a page tells it.
+  [[nodiscard]] Json told(const effort::LabelRow& row) const;
   [[nodiscard]] const RatingTask& task_at(int place) const;
   /// Once every fragment is rated: the blends, those this observer rated before the others.
   void queue_blends(const effort::LabelTable& table);
   /// Fragments and blends as this observer rated them.
   [[nodiscard]] transfer::StyleCorpus rated_corpus(const effort::LabelTable& table) const;
+  /// Puts what a request answers into a row. @throws HttpError{400} naming the key.
+  void rate(effort::LabelRow& row, const RatingTask& task, const Json& request) const;
   void log(const Json& line) const;
 
   LabellingOptions options_;

@@ -86,6 +86,8 @@ export class EffortRoom implements Room {
       return;
     }
     if (clip.id !== this.clip?.id) await this.openClip(clip);
+    // Another was chosen while it opened: that one is shown, where it was chosen.
+    if (clip !== this.studio.clip) return;
     host.append(el("div", {class: "room effort-room"},
       el("div", {class: "left"}, this.stage.root, this.timeline.root,
          el("div", {class: "over-time"}, this.legend(), this.overTime.root)),
@@ -111,11 +113,11 @@ export class EffortRoom implements Room {
   private async openClip(clip: ClipInfo): Promise<void> {
     const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
     const opened = await postJson<OpenedEffort>("/api/effort/open", {clip: clip.id});
-    this.clip = clip;
-    this.opened = opened;
-    this.input = await staged(`input: ${clip.name}`, clip, motion);
+    const input = await staged(`input: ${clip.name}`, clip, motion);
     // A character is in one pane at a time: the output has its own.
-    this.outputCharacter = (await staged("", clip, motion)).character ?? null;
+    const outputCharacter = (await staged("", clip, motion)).character ?? null;
+    if (clip !== this.studio.clip) return;
+    [this.clip, this.opened, this.input, this.outputCharacter] = [clip, opened, input, outputCharacter];
     this.output = this.report = this.selected = this.inputOverTime = null;
     this.sliders = new Map(opened.factors.map((factor, n) => [factor, new FactorSlider(factor, {
       moved: value => this.draft(state => state.asked[factor] = value),
@@ -125,10 +127,11 @@ export class EffortRoom implements Room {
     this.panel = new SnippetPanel(opened.factors, {
       lock: (lock, done) => done ? this.change(state => setLock(state, lock)) : this.draft(state => setLock(state, lock)),
       unlock: snippet => this.change(state => state.locks = state.locks.filter(lock => lock.snippet !== snippet)),
+      giveUp: () => this.changed(this.tools.state),
     });
     this.options = this.makeOptions();
-    this.stage.setClips([this.input]);
-    this.tools.begin(opened.state);
+    this.stage.setClips([input]);
+    this.tools.begin(opened.state, clip.id);
   }
 
   /** A state for good: a step of the history. */
@@ -156,7 +159,9 @@ export class EffortRoom implements Room {
 
   private async style({state, draft}: Task): Promise<void> {
     await this.studio.attempt(async () => {
-      const output = await postMotion("/api/effort/style", {clip: this.clip!.id, state, draft});
+      const clip = this.clip!;
+      const output = await postMotion("/api/effort/style", {clip: clip.id, state, draft});
+      if (clip !== this.clip) return;
       this.output = output;
       this.report = output.header["report"] as StyleReport;
       this.stage.setClips([this.input!, {label: "output", motion: output, character: this.outputCharacter}]);
@@ -231,18 +236,22 @@ export class EffortRoom implements Room {
     await this.studio.attempt(async () => {
       const n = this.selected;
       if (n === null) return;
+      const clip = this.clip!;
       const choices = await postJson<SnippetChoices>(
-        "/api/effort/snippet", {clip: this.clip!.id, state, snippet: n});
-      if (n !== this.selected) return;
+        "/api/effort/snippet", {clip: clip.id, state, snippet: n});
+      if (n !== this.selected || clip !== this.clip) return;
       this.panel!.show(n, choices, state.locks.some(lock => lock.snippet === n));
       this.panel!.root.scrollIntoView({block: "nearest"});
     });
   }
 
   private async drawOverTime(state: EffortState): Promise<void> {
-    const ask = (of: EffortState | null) => postJson<OverTime>("/api/effort/over-time", {clip: this.clip!.id, state: of});
-    const before = this.inputOverTime ??= await ask(null);
+    const clip = this.clip!;
+    const ask = (of: EffortState | null) => postJson<OverTime>("/api/effort/over-time", {clip: clip.id, state: of});
+    const before = this.inputOverTime ?? await ask(null);
     const after = await ask(state);
+    if (clip !== this.clip) return;
+    this.inputOverTime = before;
     const last = Math.max(before.seconds[before.seconds.length - 1], after.seconds[after.seconds.length - 1]);
     const factors = Object.keys(after.effort);
     const curves = (told: OverTime, faint: string) => factors.map(factor => ({

@@ -48,7 +48,8 @@ export class FactorSlider {
       this.showValue(Number(this.slider.value));
       acts.moved(this.value);
     });
-    this.slider.addEventListener("change", () => acts.settled(this.value));
+    // A drag that the system takes over stops where it is; not every browser then tells of a change.
+    for (const kind of ["change", "pointercancel"]) this.slider.addEventListener(kind, () => acts.settled(this.value));
     this.weight = new Fields<{weight: number}>(edit => {
       const weighed = {weight: 1};
       edit(weighed);

@@ -37,6 +37,9 @@ export class LineChart {
   // Apart from the picture: it moves with every frame, and the curves need not be drawn again for it.
   private readonly mark = el("div", {class: "mark away", "aria-hidden": "true"});
 
+  /** Called when a drag is given up: what was picked in it does not count. */
+  givenUp: () => void = () => undefined;
+
   /** @param picked  called with x where the chart is clicked or dragged; none: it takes no pointer. */
   constructor(private readonly picked?: (x: number, done: boolean) => void, private readonly width = WIDTH) {
     this.picture = svg("svg", {viewBox: `0 0 ${width} ${HEIGHT}`, role: "img"});
@@ -107,7 +110,7 @@ export class LineChart {
       follow(this.root, event, {
         moved: next => this.picked?.(at(next), false),
         dropped: last => this.picked?.(at(last), true),
-        givenUp: () => this.picked?.(at(event), true),
+        givenUp: () => this.givenUp(),
       });
     });
   }

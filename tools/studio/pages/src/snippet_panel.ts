@@ -10,6 +10,8 @@ export interface SnippetActs {
   /** Sets the snippet's blend by hand; `done` is false while it is being moved. */
   lock(lock: Lock, done: boolean): void;
   unlock(snippet: number): void;
+  /** What was moved last is given up. */
+  giveUp(): void;
 }
 
 export class SnippetPanel {
@@ -21,6 +23,7 @@ export class SnippetPanel {
 
   constructor(private readonly factors: string[], private readonly acts: SnippetActs) {
     this.chart = new LineChart((x, done) => this.setAlpha(x, done));
+    this.chart.givenUp = () => this.acts.giveUp();
     this.alpha.addEventListener("change", () => this.setAlpha(Number(this.alpha.value), true));
     this.clear();
   }

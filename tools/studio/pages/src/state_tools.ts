@@ -24,6 +24,7 @@ export interface StateUse<State> {
 export class StateTools<State extends RoomState> {
   readonly root: HTMLElement;
   private history: History<State> | null = null;
+  private readonly histories = new Map<string, History<State>>();
   private readonly undo = button("Undo", "Undo (Ctrl+Z)", () => this.history?.undo());
   private readonly redo = button("Redo", "Redo (Ctrl+Shift+Z)", () => this.history?.redo());
 
@@ -52,10 +53,15 @@ export class StateTools<State extends RoomState> {
     return this.history!.state;
   }
 
-  /** A history of its own, from this state on. */
-  begin(state: State): void {
-    this.history = new History(state, now => this.tell(now));
-    this.tell(state);
+  /**
+   * A history of its own, from this state on.
+   * @param of  whose it is: one that was begun of the same goes on instead.
+   */
+  begin(state: State, of?: string): void {
+    const begun = of === undefined ? undefined : this.histories.get(of);
+    this.history = begun ?? new History(state, now => this.tell(now));
+    if (of !== undefined) this.histories.set(of, this.history);
+    this.tell(this.state);
   }
 
   /** A step of the history; changes of one kind that follow each other fast are one. True if it was one. */
