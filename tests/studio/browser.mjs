@@ -73,3 +73,14 @@ export async function downloaded(page, act) {
 export function median(numbers) {
   return [...numbers].sort((a, b) => a - b)[Math.floor(numbers.length / 2)];
 }
+
+/** Drops a file on the page. */
+export async function drop(page, name, bytes) {
+  const dataTransfer = await page.evaluateHandle(([called, base64]) => {
+    const dropped = new DataTransfer();
+    dropped.items.add(new File([Uint8Array.from(atob(base64), letter => letter.charCodeAt(0))], called));
+    return dropped;
+  }, [name, Buffer.from(bytes).toString("base64")]);
+  await page.dispatchEvent("body", "drop", {dataTransfer});
+  await settled(page);
+}

@@ -5,7 +5,7 @@ import {readFile, writeFile} from "node:fs/promises";
 import path from "node:path";
 import {test} from "node:test";
 import {promisify} from "node:util";
-import {assertAccessible, downloaded, median, pixels, settled, withStudio} from "./browser.mjs";
+import {assertAccessible, downloaded, drop, median, pixels, settled, withStudio} from "./browser.mjs";
 
 const run = promisify(execFile);
 const {LABAN_PROGRAM: laban, LABAN_TAKE: take} = process.env;
@@ -56,7 +56,7 @@ test("a pair is swapped, its alpha set by hand, and all of it is what the verb m
     await ask(page, "weight", 1.5);
     await ask(page, "time", -1.5);
     const equal = await measured(page);
-    await page.locator(".factor:has-text('Time')").getByLabel("counts").fill("8");
+    await page.getByLabel("Importance of Time").fill("8");
     await page.keyboard.press("Enter");
     await settled(page);
     const weighed = await measured(page);
@@ -122,6 +122,86 @@ test("a state that was saved is opened again, and one that is none is told", asy
     await page.locator("input[type=file]").setInputFiles(path.join(folder, "none.json"));
     await page.waitForSelector("#trouble:not([hidden])");
     assert.match(await page.locator("#trouble").innerText(), /none\.json/);
+  });
+});
+
+test("a drag that is given up leaves nothing behind, and what matters more is found rather", async () => {
+  await withStudio([take], async (page, {folder}) => {
+    await settled(page);
+    for (const factor of ["flow", "weight", "time"]) await ask(page, factor, factor === "time" ? 2 : -2);
+    await page.locator(".snippet").nth(1).click();
+    await settled(page);
+    await page.getByLabel("locked").check();
+    await settled(page);
+    const before = await savedState(page);
+    const chart = page.locator(".snippet-panel .chart");
+    await chart.scrollIntoViewIfNeeded();
+    const {x, y, width} = await chart.boundingBox();
+    await page.mouse.move(x + 0.3 * width, y + 50);
+    await page.mouse.down();
+    await page.mouse.move(x + 0.9 * width, y + 50, {steps: 4});
+    await chart.evaluate(one => one.dispatchEvent(new PointerEvent("pointercancel", {pointerId: 1})));
+    await page.mouse.move(x + 0.5 * width, y + 50, {steps: 2});
+    await page.mouse.up();
+    await settled(page);
+    assert.deepEqual(await savedState(page), before);
+    assert.ok(Math.abs(await page.getByLabel("Blend weight alpha").inputValue() - before.locks[0].alpha) < 0.001);
+
+    const even = await measured(page);
+    await page.getByLabel("Importance of Time").fill("20");
+    await page.getByLabel("Importance of Time").press("Enter");
+    await settled(page);
+    const state = await savedState(page);
+    assert.deepEqual(state.weights, [1, 1, 20]);
+    assert.notDeepEqual(await measured(page), even);
+    await writeFile(path.join(folder, "room.json"), JSON.stringify(state));
+    const exported = await downloaded(page, () => page.getByRole("button", {name: "Export BVH"}).click());
+    await run(laban, ["apply", "--state", "room.json", "-o", exported.name], {cwd: folder});
+    assert.ok(exported.bytes.equals(await readFile(path.join(folder, exported.name))));
+    await page.getByRole("button", {name: "Undo"}).click();
+    await settled(page);
+    assert.equal(await page.getByLabel("Importance of Time").inputValue(), "1");
+  });
+});
+
+test("each clip keeps what was set for it, and a file that cannot be used is told", async () => {
+  await withStudio([take], async (page, {errors}) => {
+    await settled(page);
+    await ask(page, "weight", 1.5);
+    const lines = (await readFile(take, "utf8")).split("\n");
+    const first = lines.findIndex(line => line.startsWith("Frames:"));
+    const frames = count => [...lines.slice(0, first), `Frames: ${count}`, ...lines.slice(first + 1, first + 2 + count), ""].join("\n");
+    await drop(page, "one.bvh", frames(1));
+    assert.match(await page.locator("#trouble").innerText(), /one\.bvh: the input has 1 frames/);
+    await drop(page, "none.json", "{");
+    assert.match(await page.locator("#trouble").innerText(), /^none\.json: /);
+    await drop(page, "walk.amc", ":DEGREES\n");
+    assert.match(await page.locator("#trouble").innerText(), /drop its \.asf with it/);
+    await drop(page, "some.bvh", frames(120));
+    assert.ok(await page.locator("#trouble").isHidden());
+    assert.equal((await savedState(page)).asked.weight, null);
+    await ask(page, "weight", -1);
+
+    const clips = page.getByLabel("Clip");
+    await clips.selectOption("c0");
+    await settled(page);
+    assert.equal((await savedState(page)).asked.weight, 1.5);
+    await page.getByRole("button", {name: "Undo"}).click();
+    await settled(page);
+    assert.equal((await savedState(page)).asked.weight, null);
+    // Two are chosen before the first is there: the last is shown, and its room is.
+    await page.evaluate(() => {
+      for (const id of ["c2", "c0", "c2"]) {
+        const choice = document.querySelector("header select");
+        choice.value = id;
+        choice.dispatchEvent(new Event("change"));
+      }
+    });
+    await settled(page);
+    await settled(page);
+    assert.match(await page.locator(".captions").innerText(), /input: some\.bvh/);
+    assert.equal((await savedState(page)).asked.weight, -1);
+    errors.length = 0;  // what was refused
   });
 });
 

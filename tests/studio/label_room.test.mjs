@@ -112,3 +112,77 @@ test("fragments are rated by keys, and a studio that is killed has lost nothing"
     await rm(folder, {recursive: true, force: true});
   }
 });
+
+test("what is set is undone, what is kept is mended, and a second page goes on where the first is", async () => {
+  const {folder, sheet} = await blankSheet();
+  const log = async () => (await readFile(`${sheet}.log`, "utf8")).trim().split("\n").map(line => JSON.parse(line));
+  const value = (page, factor) => page.locator(`#rate-${factor}`).getAttribute("aria-valuetext");
+  try {
+    await withStudio(["--label", sheet, "--observer", "ann"], async (page, {url, errors}) => {
+      await settled(page);
+      await page.keyboard.press("w");
+      await page.keyboard.press("ArrowRight");
+      await page.keyboard.press("n");
+      assert.equal(await value(page, "weight"), "not observed");
+      await page.keyboard.press("Control+z");
+      assert.equal(await value(page, "weight"), "+0.5");
+      await page.keyboard.press("Control+z");
+      assert.equal(await value(page, "weight"), "not said yet");
+      assert.ok(await page.getByRole("button", {name: "Undo"}).isDisabled());
+      await page.keyboard.press("Control+Shift+z");
+      assert.equal(await value(page, "weight"), "+0.5");
+      await page.getByLabel("Comment").fill("first");
+      await page.getByLabel("Confidence").selectOption("0.5");
+      await page.keyboard.press("Tab");
+      await rate(page, 2);
+      const [kept] = await ratedBy(sheet, "ann");
+      assert.match(kept, /,1,1\.5,1,,ann,expert,0\.5,.*first/);
+
+      // Something is set for the second; back, mended, and the second is as it was left.
+      await page.keyboard.press("t");
+      await page.keyboard.press("ArrowLeft");
+      await page.keyboard.press("b");
+      await settled(page);
+      assert.match(await page.locator(".progress").innerText(), /^1 of 9, as kept by ann/);
+      assert.deepEqual(await Promise.all(["flow", "weight", "time"].map(factor => value(page, factor))), ["+1.0", "+1.5", "+1.0"]);
+      assert.equal(await page.getByLabel("Comment").inputValue(), "first");
+      await page.screenshot({path: "label_mend.png"});
+      await page.keyboard.press("Enter");
+      await settled(page);
+      assert.equal((await log()).length, 1, "nothing was changed");
+      await page.keyboard.press("b");
+      await settled(page);
+      await page.keyboard.press("f");
+      for (let n = 0; n < 20; ++n) await page.keyboard.press("ArrowLeft");
+      await page.keyboard.press("Enter");
+      await settled(page);
+      const mended = await ratedBy(sheet, "ann");
+      assert.equal(mended.length, 1);
+      assert.match(mended[0], /,-3,1\.5,1,,ann,expert,0\.5,.*first/);
+      assert.equal((await log())[1].before.factors.flow, 1);
+      assert.match(await page.locator(".progress").innerText(), /^2 of 9, rated/);
+      assert.equal(await value(page, "time"), "\u22120.5");
+
+      const second = await page.context().newPage();
+      await second.goto(url);
+      await settled(second);
+      assert.match(await second.locator(".progress").innerText(), /^2 of 9/);
+      await rate(page, 1);
+      await rate(second, 5);
+      assert.match(await second.locator("#trouble").innerText(), /answered before/);
+      assert.match(await second.locator(".progress").innerText(), /^3 of 9/);
+      await rate(second, 5);
+      assert.equal((await ratedBy(sheet, "ann")).length, 3);
+      await page.reload();
+      await settled(page);
+      assert.match(await page.locator(".progress").innerText(), /^4 of 9/);
+      await page.keyboard.press("b");
+      await settled(page);
+      assert.equal(await value(page, "flow"), "+2.5");
+      await assertAccessible(page);
+      errors.length = 0;  // what was refused
+    });
+  } finally {
+    await rm(folder, {recursive: true, force: true});
+  }
+});

@@ -79,6 +79,17 @@ TEST(Stage, TakesDroppedFilesByNameAloneAndSaysWhatIsWrong) {
   }
 }
 
+TEST(Stage, AMotionWithoutItsSkeletonIsToldToBeDroppedWithIt) {
+  StudioClient studio(StudioOptions{});
+  try {
+    (void)studio.post("/api/clips?name=walk.amc", ":DEGREES\n1\nroot 0 0 0 0 0 0\n");
+    FAIL() << "an .amc was taken without its .asf";
+  } catch (const HttpError& error) {
+    EXPECT_EQ(error.status(), 400U);
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("drop its .asf"));
+  }
+}
+
 TEST(EffortRoom, AStyledClipIsWhatTheVerbWritesByteForByte) {
   const auto folder = test::fresh_folder();
   Json state = asked_for(1.5);

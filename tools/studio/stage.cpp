@@ -91,6 +91,9 @@ Json Stage::drop(const std::string& name, const std::string& bytes) {
   }
   if (clips_.size() >= kMostClips)
     throw HttpError(409, "64 clips are open; start the studio again to open more");
+  // Beside a file of that name on the disk a skeleton would be found that is not its own.
+  if (ending == ".amc" && skeleton_.empty() && reading_.skeleton.empty())
+    throw HttpError(400, name + ": AMC motion needs its skeleton; drop its .asf with it");
   cli::CapturedClip clip = ending == ".amc" && !skeleton_.empty()
                                ? read_amc(name, bytes)
                                : cli::parse_captured_clip(name, bytes, reading_, common_);

@@ -20,7 +20,7 @@ export interface FactorActs {
 }
 
 /** Weights that a factor may have. */
-const WEIGHTS: [number, number, number] = [0.1, 10, 0.1];
+const WEIGHTS: [number, number, number] = [0.1, 100, 0.1];
 
 export class FactorSlider {
   readonly root: HTMLElement;
@@ -54,8 +54,9 @@ export class FactorSlider {
       const weighed = {weight: 1};
       edit(weighed);
       acts.weighed(weighed.weight);
-    }).number("counts", WEIGHTS, state => state.weight, (state, value) => state.weight = value);
-    this.weight.root.title = `How much ${poles.title} counts beside the others`;
+    }).number("importance", WEIGHTS, state => state.weight, (state, value) => state.weight = value);
+    this.weight.root.title = `How much ${poles.title} counts where not all can be reached`;
+    this.weight.root.querySelector("input")!.setAttribute("aria-label", `Importance of ${poles.title}`);
     this.root = el("fieldset", {class: "factor"},
       el("legend", {}, poles.title), this.asked, this.weight.root, free.root,
       el("div", {class: "track"}, this.reach, this.slider),

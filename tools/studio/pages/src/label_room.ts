@@ -110,7 +110,7 @@ export class LabelRoom implements Room {
   async enter(host: HTMLElement): Promise<void> {
     const next = await getJson<Next>("/api/label/next");
     this.ratings = next.factors.map(factor => new Rating(factor, (value, done) => {
-      if (done) this.change(answer => answer.factors[factor] = value, factor);
+      if (done) this.change(answer => answer.factors[factor] = value, value === null ? "" : factor);
       else this.ratings.find(rating => rating.factor === factor)!.show(value);
     }));
     host.append(el("div", {class: "room effort-room"},

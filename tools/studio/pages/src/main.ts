@@ -3,6 +3,7 @@ import {getJson, sendFile, type ClipInfo, type Overview} from "./api";
 import {el, select, button} from "./dom";
 import {EffortRoom} from "./effort_room";
 import {LabelRoom} from "./label_room";
+import {messageOf, parsedFile} from "./files";
 import {LoopRoom} from "./loop_room";
 import {MapRoom} from "./map_room";
 import {StageRoom} from "./stage_room";
@@ -21,6 +22,7 @@ class Shell implements Studio {
   private rooms: Room[] = [];
   private room: Room | null = null;
   private underWay = 0;
+  private troubles = 0;
 
   async start(): Promise<void> {
     await this.attempt(async () => {
@@ -45,11 +47,14 @@ class Shell implements Studio {
   async attempt(work: () => Promise<void>): Promise<void> {
     this.host.setAttribute("aria-busy", String(++this.underWay > 0));
     this.work.begin();
+    const {troubles} = this;
     try {
       await work();
-      this.tell("");
+      // What went wrong in the meantime, in a part of it or beside it, stays to be read.
+      if (this.troubles === troubles) this.tell("");
     } catch (error) {
-      this.tell(error instanceof Error ? error.message : String(error));
+      ++this.troubles;
+      this.tell(messageOf(error));
     }
     this.work.end();
     this.host.setAttribute("aria-busy", String(--this.underWay > 0));
@@ -103,18 +108,23 @@ class Shell implements Studio {
   private async take(files: File[]): Promise<void> {
     const order = (file: File) => file.name.toLowerCase().endsWith(".asf") ? 0 : 1;
     await this.attempt(async () => {
-      for (const file of files.sort((a, b) => order(a) - order(b))) {
-        if (file.name.toLowerCase().endsWith(".json")) {
-          if (!await this.room!.open?.(JSON.parse(await file.text()))) throw new Error(`${file.name}: no state of this room`);
-          continue;
-        }
-        const clip = await sendFile(file);
-        if (clip === null) continue;
-        this.clips.push(clip);
-        this.clip = clip;
-        await this.enter(this.room!);
-      }
+      const wrong: string[] = [];
+      for (const file of files.sort((a, b) => order(a) - order(b)))
+        await this.takeOne(file).catch(error => wrong.push(messageOf(error)));
+      if (wrong.length > 0) throw new Error(wrong.join("; "));
     });
+  }
+
+  private async takeOne(file: File): Promise<void> {
+    if (file.name.toLowerCase().endsWith(".json")) {
+      if (!await this.room!.open?.(await parsedFile(file))) throw new Error(`${file.name}: no state of this room`);
+      return;
+    }
+    const clip = await sendFile(file);
+    if (clip === null) return;
+    this.clips.push(clip);
+    this.clip = clip;
+    await this.enter(this.room!);
   }
 }
 

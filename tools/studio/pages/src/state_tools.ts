@@ -1,6 +1,7 @@
 // What every room has above its controls: undo and redo, and its state and what it makes as files.
 import {postForFile} from "./api";
 import {button, download, el} from "./dom";
+import {parsedFile} from "./files";
 import {History} from "./history";
 import type {Studio} from "./studio";
 
@@ -34,7 +35,7 @@ export class StateTools<State extends RoomState> {
       const [chosen] = file.files ?? [];
       file.value = "";
       if (!chosen) return;
-      if (!this.open(JSON.parse(await chosen.text()))) throw new Error(`${chosen.name}: no state of this room`);
+      if (!this.open(await parsedFile(chosen))) throw new Error(`${chosen.name}: no state of this room`);
     }));
     this.root = el("div", {class: "bar tools", role: "toolbar", "aria-label": "State and files"},
       this.undo, this.redo,
