@@ -116,6 +116,51 @@ test("a path is found and played, and a walk goes on beyond its first pieces", a
       await page.getByRole("button", {name: "Back to the path"}).click();
       await settled(page);
       assert.equal(await page.locator(".captions").innerText(), "take.texture");
+
+      // A block is shown where it stands, whatever was on the stage.
+      const last = page.locator(".texton-line .snippet").last();
+      for (const [name, caption] of [["Play on and on", "without end"], ["Preview", /^texton \d+$/]]) {
+        await page.getByRole("button", {name}).click();
+        await page.locator(".captions").getByText(caption).waitFor();
+        await last.click();
+        await settled(page);
+        assert.equal(await page.locator(".captions").innerText(), "take.texture");
+        assert.equal(await last.getAttribute("aria-current"), "true");
+        assert.equal(await page.locator(".texton-line [aria-current]").count(), 1);
+      }
+    });
+  } finally {
+    await rm(folder, {recursive: true, force: true});
+  }
+});
+
+test("a pin stays where its block can be pinned, and joins do not run into each other", async () => {
+  const folder = await mkdtemp(path.join(tmpdir(), "laban-texture-"));
+  try {
+    const texture = path.join(folder, "take.texture");
+    await run(laban, ["texture", "learn", take, "-o", texture, "--min-frames", "30", "--textons", "3"]);
+    await withStudio(["--texture", texture], async page => {
+      await settled(page);
+      const hand = await page.locator(".handle").first().boundingBox();
+      await page.mouse.move(hand.x + 9, hand.y + 9);
+      await page.mouse.down();
+      await page.mouse.move(hand.x + 14, hand.y - 1, {steps: 4});
+      await page.mouse.up();
+      await settled(page);
+      assert.match(await page.locator(".pins").innerText(), /block 1, frame 0, left hand/);
+      const frames = async () => Number((await page.locator(".texture-room .quality").innerText()).match(/(\d+) frames/)[1]);
+      const before = await frames(), first = page.locator(".texton-line .snippet").first();
+      await first.focus();
+      await page.keyboard.press("d");
+      await settled(page);
+      assert.match(await page.locator(".pins").innerText(), /block 1, frame 0[^]*block 2, frame 2, left hand/);
+      assert.ok(await frames() > before, "the path was not made");
+
+      for (let n = 0; n < 12; ++n) await page.keyboard.press("d");
+      await settled(page);
+      await page.screenshot({path: "texture_many.png"});
+      const joins = await page.locator(".join").evaluateAll(all => all.map(one => one.getBoundingClientRect()).map(({left, right}) => [left, right]));
+      for (let n = 1; n < joins.length; ++n) assert.ok(joins[n][0] >= joins[n - 1][1] - 1, `join ${n} begins within the one before`);
     });
   } finally {
     await rm(folder, {recursive: true, force: true});

@@ -143,6 +143,7 @@ TEST_F(TextureRoomTest, AWalkWithoutEndGoesOnFromPieceToPiece) {
   EXPECT_EQ(first.header["parts"][0]["begin_frame"], 0);
   (void)piece(0, 7);
   EXPECT_EQ(piece(1, 2).arrays, second.arrays);  // made again
+  EXPECT_EQ(status_of([&] { (void)piece(5000, 2); }), 400U);
 }
 
 TEST_F(TextureRoomTest, FindsPathsAsTheVerbDoes) {
@@ -176,6 +177,13 @@ TEST_F(TextureRoomTest, NamesWhatIsWrongWithAState) {
   refused([](Json& state) { state["textons"] = Json::array(); }, "1 to 2000 textons");
   refused([](Json& state) { state["textons"][0]["texton"] = 999; }, "no texton 999");
   refused([](Json& state) { state["textons"][0]["frames"] = 2; }, "'frames' must be from 5");
+  refused(
+      [](Json& state) {
+        state["textons"] = Json::array();
+        for (int n = 0; n < 6; ++n)
+          state["textons"].push_back({{"texton", 0}, {"frames", 100'000}, {"pins", Json::array()}});
+      },
+      "more than 500000 frames");
   refused([&](Json& state) { state["textons"][0]["pins"] = pin(9, "head"); }, "'joint' is none of");
   refused([&](Json& state) { state["textons"][1]["pins"] = pin(1, "left_hand"); }, "frame 1 of");
   refused([&](Json& state) { state["textons"][0]["pins"] = pin(5000, "left_hand"); }, "frame 5000");

@@ -13,6 +13,8 @@ constexpr const char* kTextureSchema = "laban.texture-room/1";
 constexpr const char* kTextureRoom = "the texture room";
 constexpr std::size_t kMostTextons = 2000;
 constexpr int kLongestTexton = 100'000;
+/// Frames that textons are stretched to, together.
+constexpr int kMostStretched = 500'000;
 /// Metres from the hips: beyond any body.
 constexpr double kFarthestPlace = 10.0;
 
@@ -50,6 +52,13 @@ TextonBlock read_block(const Json& json, const std::string& where) {
   return block;
 }
 
+void check_stretched(const std::vector<TextonBlock>& path, ObjectReader& reader) {
+  std::int64_t frames = 0;
+  for (const TextonBlock& block : path) frames += block.planned.length.value_or(0);
+  if (frames > kMostStretched)
+    reader.fail_at("textons", "are stretched to more than 500000 frames in all");
+}
+
 Json block_json(const TextonBlock& block) {
   Json pins = Json::array();
   for (const JointPin& pin : block.pins) {
@@ -84,6 +93,7 @@ TextureState read_texture_state(const Json& json, const std::string& name) {
   if (!textons.is_array() || textons.empty() || textons.size() > kMostTextons)
     reader.fail_at("textons", "is no list of 1 to 2000 textons");
   for (const Json& texton : textons) state.choices.path.push_back(read_block(texton, name));
+  check_stretched(state.choices.path, reader);
   texture::TextureMotionOptions& options = state.choices.options;
   options.noise_level = reader.number("noise", 0.0, 10.0);
   options.variation = reader.number("variation", 0.0, 1.0);

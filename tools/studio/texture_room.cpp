@@ -16,6 +16,8 @@ constexpr std::size_t kFirstTextons = 4;
 constexpr double kPieceS = 4.0;
 /// Pieces of a walk that are made again at most to come to one that is asked for.
 constexpr int kMostPieces = 1000;
+/// Pieces of a walk: weeks of it.
+constexpr int kLastPiece = 1'000'000;
 constexpr int kLongestPath = 1000;
 
 texture::MotionTexture read_texture(const std::string& path) {
@@ -122,9 +124,11 @@ Response TextureRoom::exported(const Json& request, const std::string& format) c
 
 Response TextureRoom::walk(const Json& request) {
   const texture::TextureMotionOptions options = state_of(request).choices.options;
-  const int piece = index_at(request, "piece", kMostPieces);
+  const int piece = index_at(request, "piece", kLastPiece + 1);
   if (!walk_ || !same(walk_->options, options) || walk_->given > piece)
     walk_.emplace(Walk{options, texture::TextureMotion(texture_, options), 0});
+  if (piece - walk_->given > kMostPieces)
+    throw HttpError(400, "the walk is too far back to be made again: begin another");
   const int frames = std::max(1, static_cast<int>(std::lround(kPieceS * texture_.frame_rate_hz)));
   for (; walk_->given < piece; ++walk_->given) static_cast<void>(walk_->motion.next(frames));
   ++walk_->given;

@@ -27,6 +27,9 @@ export class TextonLine {
   private readonly joins = el("div", {class: "joins", "aria-hidden": "true"});
   private readonly cursor = el("div", {class: "cursor", "aria-hidden": "true"});
   private blocks: TextonBlock[] = [];
+  private total = 1;
+  /** Of the block that the cursor is in. */
+  private present = -1;
 
   constructor(private readonly acts: TextonLineActs) {
     this.root.append(this.row, this.joins);
@@ -42,7 +45,8 @@ export class TextonLine {
   show(blocks: TextonBlock[], selected: number | null): void {
     const focused = this.boxes().indexOf(document.activeElement as HTMLElement);
     this.blocks = blocks;
-    const total = Math.max(1, blocks.reduce((sum, block) => sum + block.frames, 0));
+    const total = this.total = Math.max(1, blocks.reduce((sum, block) => sum + block.frames, 0));
+    this.present = -1;
     let begin = 0;
     const joins: HTMLElement[] = [];
     this.row.replaceChildren(...blocks.map((block, n) => {
@@ -58,6 +62,7 @@ export class TextonLine {
       if (block.next !== undefined) {
         const join = el("span", {class: never ? "join never" : "join"}, never ? "\u26A0 never" : block.next!.toFixed(2));
         join.style.left = `${100 * begin / total}%`;
+        join.style.maxWidth = `${100 * Math.min(block.frames, blocks[n + 1].frames) / total}%`;
         joins.push(join);
       }
       return box;
@@ -66,9 +71,16 @@ export class TextonLine {
     if (focused >= 0) this.boxes()[Math.min(focused, blocks.length - 1)]?.focus();
   }
 
-  /** @param share  of the whole path. */
-  at(share: number): void {
-    this.cursor.style.transform = `translateX(${100 * Math.min(share, 1)}%)`;
+  /** @param frame  of the whole path: which one is shown. */
+  at(frame: number): void {
+    this.cursor.style.transform = `translateX(${100 * Math.min(frame / this.total, 1)}%)`;
+    let end = 0;
+    const present = this.blocks.findIndex(block => frame < (end += block.frames));
+    if (present === this.present) return;
+    const boxes = this.boxes();
+    boxes[this.present]?.removeAttribute("aria-current");
+    boxes[present]?.setAttribute("aria-current", "true");
+    this.present = present;
   }
 
   private key(event: KeyboardEvent, n: number): boolean {

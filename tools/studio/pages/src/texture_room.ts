@@ -63,6 +63,24 @@ const SPOILT = 3;
 
 const block = (texton: number): Block => ({texton, frames: null, pins: []});
 
+/** The first and the last frame at which a block of so many frames can be pinned. */
+const pinnable = (n: number, blocks: number, frames: number): [number, number] =>
+  [n === 0 ? 0 : MEETING, frames - 1 - (n + 1 === blocks ? 0 : MEETING)];
+
+/** Moves pins from where blocks meet to the nearest frame that can be pinned; drops those beyond their block. */
+function keepPinnable(blocks: Block[]): void {
+  blocks.forEach((one, n) => {
+    const {frames} = one;
+    if (frames === null) return;
+    const [first, last] = pinnable(n, blocks.length, frames), pins = new Map<string, Pin>();
+    for (const pin of one.pins.filter(({frame}) => frame < frames && first <= last)) {
+      const frame = Math.max(first, Math.min(pin.frame, last));
+      pins.set(`${frame} ${pin.joint}`, {...pin, frame});
+    }
+    one.pins = [...pins.values()];
+  });
+}
+
 export class TextureRoom implements Room {
   readonly id = "texture";
   readonly title = "Texture";
@@ -86,6 +104,8 @@ export class TextureRoom implements Room {
   private parts: Part[] = [];
   private selected: number | null = null;
   private texton = 0;
+  /** A walk or a single texton is on the stage, not the path. */
+  private away = false;
   private walk: {pieces: Motion[]; next: number; asking: boolean} | null = null;
 
   constructor(private readonly studio: Studio) {
@@ -102,7 +122,6 @@ export class TextureRoom implements Room {
       move: (n, to) => this.edit(blocks => blocks.splice(to, 0, ...blocks.splice(n, 1)), to),
       stretch: (n, frames) => this.edit(blocks => {
         blocks[n].frames = Math.max(5, frames);
-        blocks[n].pins = blocks[n].pins.filter(pin => pin.frame < frames - MEETING);
       }, n, `stretch ${n}`),
       repeat: n => this.edit(blocks => blocks.splice(n + 1, 0, structuredClone(blocks[n])), n + 1),
       remove: n => this.edit(blocks => {
@@ -187,13 +206,16 @@ export class TextureRoom implements Room {
       of("Delete", "Remove the chosen block (Delete)", n => this.edit(blocks => {
         if (blocks.length > 1) blocks.splice(n, 1);
       }, Math.max(0, n - 1))),
-      of("As captured", "As long as it was captured", n => this.edit(blocks => blocks[n].frames = null, n)),
+      of("As captured", "As long as it was captured; its pins go", n => this.edit(blocks => blocks[n] = block(blocks[n].texton), n)),
       of("Bridge", "Put the cheapest path between the chosen block and the next", n => void this.bridge(n)));
   }
 
   private edit(change: (blocks: Block[]) => void, selected: number, kind = ""): void {
     this.selected = selected;
-    this.tools.change(state => change(state.textons), kind);
+    this.tools.change(state => {
+      change(state.textons);
+      keepPinnable(state.textons);
+    }, kind);
   }
 
   private changed(state: TextureState): void {
@@ -206,11 +228,22 @@ export class TextureRoom implements Room {
     const made = await postMotion("/api/texture/make", {state});
     this.made = made;
     this.parts = made.header["parts"] as Part[];
-    if (this.walk === null) this.stage.setClips([{label: this.opened!.name, motion: made}]);
+    if (this.walk === null) this.stagePath(made);
     this.showLine(state);
     this.showPins(state);
     this.showTold(made);
     this.tick(this.stage.player.time);
+  }
+
+  private stagePath(made: Motion): void {
+    this.away = false;
+    this.stage.setClips([{label: this.opened!.name, motion: made}]);
+  }
+
+  /** The path on the stage again. */
+  private backToPath(): void {
+    this.stopWalk();
+    if (this.away) this.stagePath(this.made!);
   }
 
   private showLine(state: TextureState): void {
@@ -243,6 +276,7 @@ export class TextureRoom implements Room {
       const name = `block ${n + 1}, frame ${pin.frame}, ${pin.joint.replace("_", " ")}`;
       return el("li", {}, `Pin: ${name} `,
         button("Go", `Show ${name}`, () => {
+          this.backToPath();
           this.stage.player.pause();
           this.stage.player.seek((this.parts[n].begin_frame + pin.frame) / this.made!.rate);
         }),
@@ -253,9 +287,9 @@ export class TextureRoom implements Room {
   private choose(n: number): void {
     this.selected = n;
     this.look(this.parts[n].texton);
-    this.stopWalk();
-    this.stage.player.seek(this.parts[n].begin_frame / this.made!.rate);
+    this.backToPath();
     this.showLine(this.tools.state);
+    this.stage.player.seek(this.parts[n].begin_frame / this.made!.rate);
   }
 
   /** Shows what comes before and after a texton. */
@@ -274,8 +308,9 @@ export class TextureRoom implements Room {
 
   private async preview(): Promise<void> {
     await this.studio.attempt(async () => {
-      const motion = await postMotion("/api/texture/make", {state: {...this.tools.state, textons: [block(this.texton)], noise: 0}});
+      const motion = await postMotion("/api/texture/make", {state: {...this.tools.state, textons: [block(this.texton)], noise: 1, variation: 0}});
       this.stopWalk();
+      this.away = true;
       this.stage.setClips([{label: `texton ${this.texton}`, motion}]);
       this.stage.player.seek(0);
       this.stage.player.play();
@@ -311,17 +346,19 @@ export class TextureRoom implements Room {
   /** Pins a hand or foot at the frame that is shown, and where it is dragged to. */
   private drag(part: string, place: [number, number, number], done: boolean): void {
     const motion = this.made;
-    if (this.walk !== null || motion === null) return;
+    if (this.away || motion === null) return;
     const frame = Math.min(Math.round(this.stage.player.time * motion.rate), motion.frames - 1);
     const n = this.parts.findIndex(one => frame >= one.begin_frame && frame < one.end_frame);
     const {begin_frame, end_frame} = this.parts[n];
-    const first = n === 0 ? 0 : MEETING, last = end_frame - begin_frame - 1 - (n + 1 === this.parts.length ? 0 : MEETING);
+    const [first, last] = pinnable(n, this.parts.length, end_frame - begin_frame);
     const at = Math.max(first, Math.min(frame - begin_frame, last));
     const pose = new Pose(motion).set(frame);
     const hips = motion.joints.findIndex(joint => joint.part === "hips");
     const pin: Pin = {frame: at, joint: part, place: pose.local(hips, place).map(value => Math.round(1e4 * value) / 1e4) as Pin["place"]};
     const set = (state: TextureState) => {
       const one = state.textons[n];
+      // A pin is at a frame of a block, which then keeps its length whatever is drawn.
+      one.frames ??= end_frame - begin_frame;
       one.pins = [...one.pins.filter(other => other.frame !== at || other.joint !== part), pin].sort((a, b) => a.frame - b.frame);
     };
     if (done) return void this.tools.change(set);
@@ -332,24 +369,23 @@ export class TextureRoom implements Room {
 
   private tick(time: number): void {
     if (this.walk !== null) return void this.goOn(time);
-    if (this.made !== null) this.line.at(time * this.made.rate / this.made.frames);
+    if (this.made !== null && !this.away) this.line.at(Math.round(time * this.made.rate));
   }
 
   private async toggleWalk(): Promise<void> {
-    if (this.walk !== null) {
-      this.stopWalk();
-      return this.stage.setClips([{label: this.opened!.name, motion: this.made!}]);
-    }
+    if (this.walk !== null) return this.backToPath();
     await this.studio.attempt(async () => {
       const walk = {pieces: [] as Motion[], next: 0, asking: false};
       for (let n = 0; n < 2; ++n) walk.pieces.push(await this.piece(walk.next++));
       this.walk = walk;
+      this.away = true;
       this.endless.textContent = "Back to the path";
       this.showWalk(0);
       this.stage.player.loop = false;
       this.stage.player.play();
     });
   }
+
   private stopWalk(): void {
     if (this.walk === null) return;
     this.walk = null;
