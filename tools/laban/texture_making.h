@@ -8,11 +8,12 @@
 
 namespace laban::cli {
 
-/// Where a hand or foot is to be in a frame.
+/// Where a joint is to be in a frame, one that can be brought there (motion::can_reach).
 struct JointPin {
   int frame = 0;  ///< of its texton
   motion::StandardJoint joint = motion::StandardJoint::kLeftHand;
-  /// Metres, from the hips joint and in its axes: right wherever the path leads.
+  /// Metres, from the hips joint and in its axes: right wherever the path leads. Of the hips
+  /// themselves, from where they would be.
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
 };
 
@@ -41,7 +42,7 @@ struct MadeTexture {
   std::vector<PinnedTexton> pinned;
 };
 
-/// The path between given ends, pinned frames reached for by two-bone IK and the textons solved
+/// The path between given ends, pinned frames reached for by motion::reach and the textons solved
 /// anew through them ([Li02, 5.2]), begun at `start`.
 /// @throws Error{kUsage} as texture::synthesize_path, and for a pin beyond its texton or where two
 ///         textons meet.
