@@ -213,6 +213,14 @@ TEST_F(TextureRoomTest, FindsPathsAsTheVerbDoes) {
   const Json told = Json::parse(verb.out);
   EXPECT_EQ(found["path"], told["path"]);
   EXPECT_EQ(found["cost_nats"], told["cost_nats"]);
+  // A bridge from a texton to itself goes by others.
+  const Json round =
+      opened_->post_json("/api/texture/path", {{"from", from}, {"to", from}, {"bridge", true}});
+  if (!round["path"].is_null()) {
+    EXPECT_GE(round["path"].size(), 3U);
+    EXPECT_EQ(round["path"].front(), from);
+    EXPECT_EQ(round["path"].back(), from);
+  }
 }
 
 TEST_F(TextureRoomTest, NamesWhatIsWrongWithAState) {

@@ -30,6 +30,20 @@ bool same(const texture::TextureMotionOptions& a, const texture::TextureMotionOp
          a.hold_feet == b.hold_feet;
 }
 
+/// The cheapest path from a texton by others back to it; cheapest_path stays where it is.
+std::optional<std::vector<int>> cheapest_round(const Eigen::MatrixXd& transitions, int texton) {
+  std::optional<std::vector<int>> best;
+  for (int next = 0; next < transitions.cols(); ++next) {
+    if (next == texton || !(transitions(texton, next) > 0.0)) continue;
+    auto path = texture::cheapest_path(transitions, next, texton);
+    if (!path) continue;
+    path->insert(path->begin(), texton);
+    if (!best || texture::path_cost(transitions, *path) < texture::path_cost(transitions, *best))
+      best = std::move(path);
+  }
+  return best;
+}
+
 }  // namespace
 
 TextureRoom::TextureRoom(const Stage& stage, std::string path)
@@ -81,11 +95,15 @@ Json TextureRoom::path(const Json& request) const {
   const int from = index_at(request, "from", texture_.texton_count());
   const int to = index_at(request, "to", texture_.texton_count());
   const Eigen::MatrixXd transitions = texture::transition_matrix(texture_);
-  const bool any_length = request.value("length", Json()).is_null();
-  const auto found = any_length
-                         ? texture::cheapest_path(transitions, from, to)
-                         : texture::path_of_length(transitions, from, to,
-                                                   index_at(request, "length", kLongestPath + 1));
+  const auto find = [&]() -> std::optional<std::vector<int>> {
+    if (!request.value("length", Json()).is_null())
+      return texture::path_of_length(transitions, from, to,
+                                     index_at(request, "length", kLongestPath + 1));
+    return from == to && request.value("bridge", Json()) == true
+               ? cheapest_round(transitions, from)
+               : texture::cheapest_path(transitions, from, to);
+  };
+  const auto found = find();
   return {
       {"path", found ? Json(*found) : Json()},
       {"cost_nats", found ? cli::finite_or_null(texture::path_cost(transitions, *found)) : Json()}};

@@ -20,7 +20,8 @@ class TextureRoom {
 
   /// Textons, which follows which, and the state to begin with: how the first capture begins.
   [[nodiscard]] Json open() const;
-  /// The cheapest path between two textons, or the cheapest of some length; null: there is none.
+  /// The cheapest path between two textons, or the cheapest of some length; null: there is none. A
+  /// bridge from a texton to itself goes by others.
   [[nodiscard]] Json path(const Json& request) const;
   /// The motion, its parts, and how far its pins bend them.
   [[nodiscard]] Response made(const Json& request) const;

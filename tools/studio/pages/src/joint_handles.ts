@@ -2,13 +2,32 @@
 import * as THREE from "three";
 import {el} from "./dom";
 import type {Pane} from "./pane";
+import {followPointer} from "./pointer_drag";
+
+export type Place = [number, number, number];
+
+/** A joint in the hand: where it is dragged to, metres. */
+export interface HeldJoint {
+  moved: (place: Place) => void;
+  done: (place: Place) => void;
+  /** It is to be where it was. */
+  canceled: () => void;
+}
 
 export interface JointHandlesUse {
   /** Standard parts that have a handle: "left_hand", .. */
   parts: string[];
-  /** Where a joint is dragged to, metres; `done` with the last of it. */
-  dragged: (part: string, place: [number, number, number], done: boolean) => void;
+  /** Called when a joint is taken; null: it cannot be. */
+  hold: (part: string) => HeldJoint | null;
 }
+
+/** What a joint is called: "left elbow". */
+export function jointName(part: string): string {
+  return part.replace("forearm", "elbow").replace("shin", "knee").replace("_", " ");
+}
+
+/** A drag shorter than this moves nothing, pixels. */
+const CLICK = 3;
 
 export class JointHandles {
   readonly root = el("div", {class: "handles"});
@@ -21,7 +40,7 @@ export class JointHandles {
 
   constructor(private readonly use: JointHandlesUse) {
     for (const part of use.parts) {
-      const handle = el("div", {class: "handle", title: `Drag to pin the ${part.replace("_", " ")} at this frame`});
+      const handle = el("div", {class: "handle", title: `Drag to pin the ${jointName(part)} at this frame`, "data-part": part});
       handle.addEventListener("pointerdown", event => this.hold(event, part));
       this.handles.set(part, handle);
       this.root.append(handle);
@@ -49,27 +68,34 @@ export class JointHandles {
 
   private hold(event: PointerEvent, part: string): void {
     const {pane} = this, handle = this.handles.get(part)!;
-    const joint = pane?.joint(part);
-    if (!pane || !joint) return;
+    const joint = pane?.joint(part), held = joint ? this.use.hold(part) : null;
+    if (!pane || !joint || held === null) return;
     event.preventDefault();
     event.stopPropagation();
     const depth = joint.project(pane.camera).z;
     const box = this.root.getBoundingClientRect();
-    const placeOf = (at: PointerEvent): [number, number, number] => {
+    const placeOf = (at: PointerEvent): Place => {
       const [x, y] = [at.clientX - box.left, at.clientY - box.top];
       this.moveTo(handle, x, y);
       const world = new THREE.Vector3(2 * (x - this.left) / this.width - 1, 1 - 2 * y / this.height, depth).unproject(pane.camera);
       return [world.x, world.y, world.z];
     };
     this.held = part;
-    handle.setPointerCapture(event.pointerId);
-    const moving = (next: PointerEvent) => this.use.dragged(part, placeOf(next), false);
-    handle.addEventListener("pointermove", moving);
-    const end = (last: PointerEvent) => {
-      handle.removeEventListener("pointermove", moving);
-      this.held = null;
-      this.use.dragged(part, placeOf(last), true);
-    };
-    handle.addEventListener("pointerup", end, {once: true});
+    let far = false;
+    const release = () => this.held = null;
+    followPointer(event, handle, {
+      moved: next => {
+        far ||= Math.hypot(next.clientX - event.clientX, next.clientY - event.clientY) >= CLICK;
+        if (far) held.moved(placeOf(next));
+      },
+      done: last => {
+        release();
+        if (far) held.done(placeOf(last));
+      },
+      canceled: () => {
+        release();
+        held.canceled();
+      },
+    });
   }
 }

@@ -1,5 +1,6 @@
 // A path of textons as blocks along its time: chosen, moved, stretched, removed and repeated, by pointer or keys.
-import {el} from "./dom";
+import {button, el} from "./dom";
+import {followPointer} from "./pointer_drag";
 
 export interface TextonBlock {
   texton: number;
@@ -15,6 +16,8 @@ export interface TextonLineActs {
   stretch: (block: number, frames: number) => void;
   repeat: (block: number) => void;
   remove: (block: number) => void;
+  /** Asked for where the captures never go from a block to the next. */
+  bridge: (block: number) => void;
 }
 
 /** A drag shorter than this is a click, pixels; and so near to a block's end it is one of its edge. */
@@ -24,7 +27,7 @@ const GRIP = 9;
 export class TextonLine {
   readonly root = el("div", {class: "texton-line"});
   private readonly row = el("div", {class: "timeline", role: "listbox", "aria-label": "Textons", "aria-orientation": "horizontal"});
-  private readonly joins = el("div", {class: "joins", "aria-hidden": "true"});
+  private readonly joins = el("div", {class: "joins"});
   private readonly cursor = el("div", {class: "cursor", "aria-hidden": "true"});
   private blocks: TextonBlock[] = [];
   private total = 1;
@@ -60,7 +63,10 @@ export class TextonLine {
       box.addEventListener("pointerdown", event => this.grab(event, n, box));
       begin += block.frames;
       if (block.next !== undefined) {
-        const join = el("span", {class: never ? "join never" : "join"}, never ? "\u26A0 never" : block.next!.toFixed(2));
+        const join = never ? button("\u26A0 never", `Bridge by the cheapest path: the captures never go from texton ${block.texton} to ${blocks[n + 1].texton}`,
+                                    () => this.acts.bridge(n))
+                           : el("span", {"aria-hidden": "true"}, block.next!.toFixed(2));
+        join.className = never ? "join never" : "join";
         join.style.left = `${100 * begin / total}%`;
         join.style.maxWidth = `${100 * Math.min(block.frames, blocks[n + 1].frames) / total}%`;
         joins.push(join);
@@ -107,21 +113,26 @@ export class TextonLine {
     const from = event.clientX, bounds = box.getBoundingClientRect();
     const stretches = bounds.right - from < GRIP;
     const line = this.row.getBoundingClientRect();
-    box.setPointerCapture(event.pointerId);
-    const moving = (next: PointerEvent) => {
-      const by = next.clientX - from;
-      if (stretches) box.style.width = `${100 * Math.max(8, bounds.width + by) / line.width}%`;
-      else box.style.transform = `translateX(${by}px)`;
-    };
-    box.addEventListener("pointermove", moving);
-    box.addEventListener("pointerup", last => {
-      box.removeEventListener("pointermove", moving);
+    const width = box.style.width;
+    const putBack = () => {
       box.style.transform = "";
-      const by = last.clientX - from;
-      if (Math.abs(by) < CLICK) return this.acts.choose(n);
-      if (stretches) return this.acts.stretch(n, Math.round(this.blocks[n].frames * (bounds.width + by) / bounds.width));
-      this.acts.move(n, this.placeOf((last.clientX - line.left) / line.width, n));
-    }, {once: true});
+      box.style.width = width;
+    };
+    followPointer(event, box, {
+      moved: next => {
+        const by = next.clientX - from;
+        if (stretches) box.style.width = `${100 * Math.max(8, bounds.width + by) / line.width}%`;
+        else box.style.transform = `translateX(${by}px)`;
+      },
+      done: last => {
+        putBack();
+        const by = last.clientX - from;
+        if (Math.abs(by) < CLICK) return this.acts.choose(n);
+        if (stretches) return this.acts.stretch(n, Math.round(this.blocks[n].frames * (bounds.width + by) / bounds.width));
+        this.acts.move(n, this.placeOf((last.clientX - line.left) / line.width, n));
+      },
+      canceled: putBack,
+    });
   }
 
   /** Where in the order a block lies that is dropped at a share of the line. */
