@@ -158,6 +158,23 @@ TEST_F(TextureRoomTest, HeadAndElbowGoWhereTheyArePinned) {
             (in_hips(made_of(state).clip, frame, kLeftForearm) - elbow).norm() - 0.005);
 }
 
+TEST_F(TextureRoomTest, PinsOfADrawnPathGiveWhatTheVerbMakes) {
+  Json state = TextureRoomTest::state();
+  (void)made(state);
+  state["textons"][0]["pins"] = {pin(30, "left_hand", {0.3, 0.3, 0.3})};
+  const auto root = [](const Motion& motion) { return motion.number("root", 3 * 31); };
+  const Motion pinned(made(state).body);
+  const Motion draft(
+      opened_->post("/api/texture/make", Json{{"state", state}, {"draft", true}}.dump()).body);
+  EXPECT_EQ(draft.header["quality"], nullptr);
+  EXPECT_NE(pinned.header["quality"], nullptr);
+  EXPECT_EQ(draft.arrays, pinned.arrays);
+  EXPECT_NEAR(root(pinned), made_of(state).clip.root_positions()(0, 31), 1e-6);
+  // Other noise is another path.
+  state["noise"] = 0.0;
+  EXPECT_NEAR(root(Motion(made(state).body)), made_of(state).clip.root_positions()(0, 31), 1e-6);
+}
+
 TEST_F(TextureRoomTest, WhatIsExportedIsWhatTheVerbMakesOfTheState) {
   Json state = TextureRoomTest::state();
   state["noise"] = 0.7;

@@ -134,11 +134,16 @@ PinnedTexton pin_texton(const texture::MotionTexture& texture, const TextonBlock
 
 }  // namespace
 
-MadeTexture make_texture(const texture::MotionTexture& texture, const TextureChoices& choices,
-                         const texture::PathEnds& ends, const motion::PlanarPose& start) {
+texture::PathMotion draw_path(const texture::MotionTexture& texture, const TextureChoices& choices,
+                              const texture::PathEnds& ends) {
   std::vector<texture::PlannedTexton> path;
   for (const TextonBlock& block : choices.path) path.push_back(block.planned);
-  texture::PathMotion motion = texture::synthesize_path(texture, path, ends, choices.options);
+  return texture::synthesize_path(texture, path, ends, choices.options);
+}
+
+MadeTexture play_path(const texture::MotionTexture& texture, const TextureChoices& choices,
+                      texture::PathMotion motion, const texture::PathEnds& ends,
+                      const motion::PlanarPose& start) {
   texture::PlayOptions playing{.hold_feet = choices.options.hold_feet, .start = start};
   if (ends.from) playing.kept_frames = {0, static_cast<int>(motion.observations.cols()) - 1};
   std::vector<PinnedTexton> pinned;
@@ -158,6 +163,11 @@ MadeTexture make_texture(const texture::MotionTexture& texture, const TextureCho
   std::sort(playing.kept_frames.begin(), playing.kept_frames.end());
   return {texture::play_observations(texture, motion.observations, playing),
           std::move(motion.parts), std::move(pinned)};
+}
+
+MadeTexture make_texture(const texture::MotionTexture& texture, const TextureChoices& choices,
+                         const texture::PathEnds& ends, const motion::PlanarPose& start) {
+  return play_path(texture, choices, draw_path(texture, choices, ends), ends, start);
 }
 
 }  // namespace laban::cli

@@ -42,10 +42,21 @@ struct MadeTexture {
   std::vector<PinnedTexton> pinned;
 };
 
-/// The path between given ends, pinned frames reached for by motion::reach and the textons solved
-/// anew through them ([Li02, 5.2]), begun at `start`.
-/// @throws Error{kUsage} as texture::synthesize_path, and for a pin beyond its texton or where two
-///         textons meet.
+/// The path between given ends before it is pinned: pins change nothing of it.
+/// @throws as texture::synthesize_path.
+[[nodiscard]] texture::PathMotion draw_path(const texture::MotionTexture& texture,
+                                            const TextureChoices& choices,
+                                            const texture::PathEnds& ends = {});
+
+/// What draw_path has drawn of the same choices and ends, pinned frames reached for by
+/// motion::reach and the textons solved anew through them ([Li02, 5.2]), begun at `start`.
+/// @throws Error{kUsage} for a pin beyond its texton or where two textons meet.
+[[nodiscard]] MadeTexture play_path(const texture::MotionTexture& texture,
+                                    const TextureChoices& choices, texture::PathMotion motion,
+                                    const texture::PathEnds& ends = {},
+                                    const motion::PlanarPose& start = {});
+
+/// draw_path and play_path.
 [[nodiscard]] MadeTexture make_texture(const texture::MotionTexture& texture,
                                        const TextureChoices& choices,
                                        const texture::PathEnds& ends = {},

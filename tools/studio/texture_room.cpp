@@ -19,6 +19,8 @@ constexpr int kMostPieces = 1000;
 /// Pieces of a walk: weeks of it.
 constexpr int kLastPiece = 1'000'000;
 constexpr int kLongestPath = 1000;
+/// Frames of a path that are kept at most, about 10 MB.
+constexpr Eigen::Index kMostFramesKept = 20'000;
 
 texture::MotionTexture read_texture(const std::string& path) {
   cli::InputRecord record;
@@ -118,8 +120,20 @@ cli::TextureState TextureRoom::state_of(const Json& request) const {
   return state;
 }
 
-Response TextureRoom::made(const Json& request) const {
-  const cli::MadeTexture made = cli::make_texture(texture_, state_of(request).choices);
+cli::MadeTexture TextureRoom::make(const cli::TextureState& state) {
+  Json asked = to_json(state);
+  for (Json& texton : asked["textons"]) texton.erase("pins");
+  if (drawn_ && drawn_->asked == asked)
+    return cli::play_path(texture_, state.choices, drawn_->motion);
+  drawn_.reset();
+  texture::PathMotion motion = cli::draw_path(texture_, state.choices);
+  if (motion.observations.cols() <= kMostFramesKept) drawn_ = Drawn{std::move(asked), motion};
+  return cli::play_path(texture_, state.choices, std::move(motion));
+}
+
+Response TextureRoom::made(const Json& request) {
+  const cli::MadeTexture made = make(state_of(request));
+  const bool draft = request.value("draft", Json()) == true;
   Json pinned = Json::array();
   for (const cli::PinnedTexton& one : made.pinned) {
     pinned.push_back({{"part", one.part},
@@ -129,14 +143,14 @@ Response TextureRoom::made(const Json& request) const {
   MotionMessage message{made.clip, texture_.rig.humanoid};
   message.more = {{"parts", cli::to_json(made.parts)},
                   {"pinned", pinned},
-                  {"quality", cli::quality_json(texture_, made.clip)}};
+                  {"quality", draft ? Json() : cli::quality_json(texture_, made.clip)}};
   return {200, "application/x-laban-motion", motion_bytes(message)};
 }
 
-Response TextureRoom::exported(const Json& request, const std::string& format) const {
+Response TextureRoom::exported(const Json& request, const std::string& format) {
   require_clip_format(format);
   const std::string name = std::filesystem::path(path_).stem().string() + "." + format;
-  const cli::MadeTexture made = cli::make_texture(texture_, state_of(request).choices);
+  const cli::MadeTexture made = make(state_of(request));
   return {200, "application/octet-stream", cli::clip_bytes(name, made.clip, stage_.common()), name};
 }
 

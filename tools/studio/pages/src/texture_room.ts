@@ -101,7 +101,7 @@ export class TextureRoom implements Room {
   private readonly pathTo = el("input", {type: "number", min: 0, step: 1, value: 0, "aria-label": "Path to texton"});
   private readonly pathLength = el("input", {type: "number", min: 1, max: 1000, step: 1, placeholder: "any", "aria-label": "Textons of the path"});
   private readonly endless = button("Play on and on", "A random walk with this noise and seed, without end", () => void this.toggleWalk());
-  private readonly making = new Latest<TextureState>(state => this.studio.attempt(() => this.make(state)));
+  private readonly making = new Latest<{state: TextureState; draft: boolean}>(asked => this.studio.attempt(() => this.make(asked)));
   private graph: TextonGraph | null = null;
   private readonly all = el("div", {class: "all-textons"});
   private opened: OpenedTexture | null = null;
@@ -206,7 +206,7 @@ export class TextureRoom implements Room {
       shown.value = value().toFixed(2);
       const {state} = this.tools;
       set(state, value());
-      this.making.ask(state);
+      this.making.ask({state, draft: true});
     });
     input.addEventListener("change", () => this.tools.change(state => set(state, value()), label));
     return {root: el("label", {class: "field"}, label, input, shown), show: state => {
@@ -237,11 +237,11 @@ export class TextureRoom implements Room {
   private changed(state: TextureState): void {
     for (const field of this.fields) field.show(state);
     this.stopWalk();
-    this.making.ask(state);
+    this.making.ask({state, draft: false});
   }
 
-  private async make(state: TextureState): Promise<void> {
-    const made = await postMotion("/api/texture/make", {state});
+  private async make(asked: {state: TextureState; draft: boolean}): Promise<void> {
+    const {state} = asked, made = await postMotion("/api/texture/make", asked);
     this.made = made;
     this.parts = made.header["parts"] as Part[];
     if (this.walk === null) this.stagePath(made);
@@ -384,10 +384,10 @@ export class TextureRoom implements Room {
       moved: place => {
         const {state} = this.tools;
         pinned(place)(state);
-        this.making.ask(state);
+        this.making.ask({state, draft: true});
       },
       done: place => void this.tools.change(pinned(place)),
-      canceled: () => this.making.ask(this.tools.state),
+      canceled: () => this.making.ask({state: this.tools.state, draft: false}),
     };
   }
 
