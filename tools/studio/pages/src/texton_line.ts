@@ -23,6 +23,8 @@ export interface TextonLineActs {
 /** A drag shorter than this is a click, pixels; and so near to a block's end it is one of its edge. */
 const CLICK = 5;
 const GRIP = 9;
+/** A block of a smaller share of the line has no room for a word between itself and the next. */
+const NARROW = 0.07;
 
 export class TextonLine {
   readonly root = el("div", {class: "texton-line"});
@@ -63,12 +65,14 @@ export class TextonLine {
       box.addEventListener("pointerdown", event => this.grab(event, n, box));
       begin += block.frames;
       if (block.next !== undefined) {
-        const join = never ? button("\u26A0 never", `Bridge by the cheapest path: the captures never go from texton ${block.texton} to ${blocks[n + 1].texton}`,
+        const room = Math.min(block.frames, blocks[n + 1].frames) / total, told = `never from texton ${block.texton} to ${blocks[n + 1].texton}`;
+        const join = never ? button(room < NARROW ? "\u26A0" : "\u26A0 never", `The captures go ${told}: bridge them by the cheapest path`,
                                     () => this.acts.bridge(n))
                            : el("span", {"aria-hidden": "true"}, block.next!.toFixed(2));
+        if (never) join.setAttribute("aria-label", `Bridge: ${told}`);
         join.className = never ? "join never" : "join";
         join.style.left = `${100 * begin / total}%`;
-        join.style.maxWidth = `${100 * Math.min(block.frames, blocks[n + 1].frames) / total}%`;
+        join.style.maxWidth = `${100 * room}%`;
         joins.push(join);
       }
       return box;
