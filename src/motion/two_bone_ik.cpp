@@ -230,6 +230,21 @@ void reach_for(const ModelPose& pose, const Skeleton& skeleton, const LegJoints&
         joints, local);
 }
 
+void swivel(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& joints,
+            const Vector3d& target, std::span<Quaterniond> local) {
+  const Leg limb = leg_of(pose, joints);
+  if (limb.foot().norm() < 1e-9) return;
+  const Vector3d axis = limb.foot().normalized();
+  const auto across = [&](const Vector3d& way) { return Vector3d(way - way.dot(axis) * axis); };
+  const Vector3d now = across(limb.thigh);
+  const Vector3d wanted = across(target - pose.positions.col(joints.thigh));
+  if (now.norm() < 1e-6 || wanted.norm() < 1e-6) return;
+  const double angle = std::atan2(axis.dot(now.cross(wanted)), now.dot(wanted));
+  write({Quaterniond(AngleAxisd(angle, axis)), Quaterniond::Identity(),
+         pose.rotations[static_cast<std::size_t>(joints.foot)]},
+        pose, skeleton, joints, local);
+}
+
 double knee_bend(const ModelPose& pose, const LegJoints& joints) {
   const Leg leg = leg_of(pose, joints);
   if (leg.thigh.norm() < 1e-9 || leg.shin.norm() < 1e-9) return 0.0;

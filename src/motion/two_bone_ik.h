@@ -52,6 +52,13 @@ void move_foot(const ModelPose& pose, const Skeleton& skeleton, const LegJoints&
 void reach_for(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& limb,
                const Eigen::Vector3d& target, std::span<Eigen::Quaterniond> local);
 
+/// Turns a limb about the line from its first joint to its end until its middle joint is as near to
+/// `target` (model space, metres) as that brings it: writes the local rotations of its three
+/// joints, the end keeping its orientation. Nothing is written if the limb is straight or the
+/// target lies on that line.
+void swivel(const ModelPose& pose, const Skeleton& skeleton, const LegJoints& limb,
+            const Eigen::Vector3d& target, std::span<Eigen::Quaterniond> local);
+
 /// Bends a knee that the wrong way is bent, as blends beyond their sources bend it, to straight,
 /// and what is nearly straight a little: bend(-4 degrees) = 0, bend(4 degrees) = 4 degrees,
 /// smoothly. The foot stays in its direction from the hip and keeps its orientation. Writes the

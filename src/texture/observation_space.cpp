@@ -21,8 +21,6 @@ using motion::kAngleRowCount;
 using motion::kStandardJointCount;
 using motion::PoseMatrix;
 
-constexpr int kHeightRow = kAngleRowCount;
-
 /// The rotation that lies nearest to all of a joint's [Markley et al. 2007]: eigenvector of
 /// sum q q' of the largest eigenvalue; q and -q count alike.
 Quaterniond mean_rotation(std::span<const PoseMatrix> takes, int joint) {

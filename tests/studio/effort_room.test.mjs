@@ -140,7 +140,7 @@ test("a drag that is given up leaves nothing behind, and what matters more is fo
     await page.mouse.move(x + 0.3 * width, y + 50);
     await page.mouse.down();
     await page.mouse.move(x + 0.9 * width, y + 50, {steps: 4});
-    await chart.evaluate(one => one.dispatchEvent(new PointerEvent("pointercancel", {pointerId: 1})));
+    await chart.evaluate(one => one.dispatchEvent(new PointerEvent("pointercancel", {pointerId: 1, bubbles: true})));
     await page.mouse.move(x + 0.5 * width, y + 50, {steps: 2});
     await page.mouse.up();
     await settled(page);

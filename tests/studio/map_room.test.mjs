@@ -93,7 +93,7 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
       await page.mouse.down();
       await page.mouse.move(stood.x + 40, stood.y + 30, {steps: 3});
       assert.ok((await number.boundingBox()).x > stood.x + 20);
-      await page.locator(".pose-map svg").evaluate(picture => picture.dispatchEvent(new PointerEvent("pointercancel", {pointerId: 1})));
+      await page.locator(".pose-map svg").evaluate(picture => picture.dispatchEvent(new PointerEvent("pointercancel", {pointerId: 1, bubbles: true})));
       assert.equal((await number.boundingBox()).x, stood.x);
       await page.mouse.up();
       await settled(page);

@@ -58,7 +58,7 @@ test("a path of textons is edited, pinned, and written as the verb writes it", a
       for (let n = 0; n < 30; ++n) await page.keyboard.press("ArrowRight");
       await settled(page);
       const pose = await pixels(page, ".screen canvas");
-      const hand = await page.locator(".handle").first().boundingBox();
+      const hand = await page.locator("[data-part=left_hand]").boundingBox();
       await page.mouse.move(hand.x + 9, hand.y + 9);
       await page.mouse.down();
       await page.mouse.move(hand.x + 29, hand.y - 31, {steps: 8});
@@ -141,29 +141,13 @@ test("a pin stays where its block can be pinned, and joins do not run into each 
     await run(laban, ["texture", "learn", take, "-o", texture, "--min-frames", "30", "--textons", "3"]);
     await withStudio(["--texture", texture], async page => {
       await settled(page);
-      const hand = await page.locator(".handle").first().boundingBox();
+      const hand = await page.locator("[data-part=left_hand]").boundingBox();
       await page.mouse.move(hand.x + 9, hand.y + 9);
       await page.mouse.down();
       await page.mouse.move(hand.x + 14, hand.y - 1, {steps: 4});
       await page.mouse.up();
       await settled(page);
       assert.match(await page.locator(".pins").innerText(), /block 1, frame 0, left hand/);
-
-      // Drags that are given up leave what was there.
-      const pinned = await page.locator(".pins").innerText(), box = await page.locator(".texton-line .snippet").first().boundingBox();
-      const foot = await page.locator(".handle").last().boundingBox(), screen = await pixels(page, ".screen canvas");
-      for (const from of [{x: foot.x + 9, y: foot.y + 9}, {x: box.x + box.width / 2, y: box.y + 5}, {x: box.x + box.width - 3, y: box.y + 5}]) {
-        await page.mouse.move(from.x, from.y);
-        await page.mouse.down();
-        await page.mouse.move(from.x + 30, from.y, {steps: 4});
-        await page.keyboard.press("Escape");
-        await page.mouse.up();
-        await settled(page);
-      }
-      assert.equal(await page.locator(".pins").innerText(), pinned);
-      assert.deepEqual(await page.locator(".texton-line .snippet").first().boundingBox(), box);
-      await page.mouse.move(5, 5);
-      assert.equal(await pixels(page, ".screen canvas"), screen);
       const frames = async () => Number((await page.locator(".texture-room .quality").innerText()).match(/(\d+) frames/)[1]);
       const before = await frames(), first = page.locator(".texton-line .snippet").first();
       await first.focus();
@@ -177,6 +161,103 @@ test("a pin stays where its block can be pinned, and joins do not run into each 
       await page.screenshot({path: "texture_many.png"});
       const joins = await page.locator(".join").evaluateAll(all => all.map(one => one.getBoundingClientRect()).map(({left, right}) => [left, right]));
       for (let n = 1; n < joins.length; ++n) assert.ok(joins[n][0] >= joins[n - 1][1] - 1, `join ${n} begins within the one before`);
+    });
+  } finally {
+    await rm(folder, {recursive: true, force: true});
+  }
+});
+
+/** A joint's handle is taken and moved; the pointer stays down. */
+async function takeJoint(page, part, [x, y]) {
+  const box = await page.locator(`[data-part=${part}]`).boundingBox();
+  const [left, top] = [box.x + box.width / 2, box.y + box.height / 2];
+  await page.mouse.move(left, top);
+  await page.mouse.down();
+  await page.mouse.move(left + x, top + y, {steps: 6});
+}
+
+test("any main joint is pinned, Escape puts back what was, and all textons and transitions are seen", async () => {
+  const folder = await mkdtemp(path.join(tmpdir(), "laban-texture-"));
+  try {
+    const texture = path.join(folder, "take.texture");
+    await run(laban, ["texture", "learn", take, "-o", texture, "--min-frames", "30", "--textons", "3"]);
+    await withStudio(["--texture", texture], async page => {
+      await settled(page);
+      const scrub = page.getByLabel("Time, seconds");
+      await scrub.focus();
+      for (let n = 0; n < 30; ++n) await page.keyboard.press("ArrowRight");
+      await settled(page);
+      const pose = await pixels(page, ".screen canvas");
+      const pins = () => page.locator(".pins li").allInnerTexts();
+
+      await takeJoint(page, "left_hand", [30, -40]);
+      await settled(page);
+      assert.notEqual(await pixels(page, ".screen canvas"), pose, "nothing moved under the pointer");
+      await page.keyboard.press("Escape");
+      await settled(page);
+      await page.mouse.up();
+      await settled(page);
+      assert.deepEqual(await pins(), []);
+      await page.mouse.move(5, 5);
+      assert.equal(await pixels(page, ".screen canvas"), pose, "Escape did not put it back");
+
+      const line = () => page.locator(".texton-line .snippet").evaluateAll(all => all.map(one => one.getAttribute("style")));
+      const laid = await line(), first = await page.locator(".texton-line .snippet").first().boundingBox();
+      for (const grip of [10, first.width - 3]) {
+        await page.mouse.move(first.x + grip, first.y + 10);
+        await page.mouse.down();
+        await page.mouse.move(first.x + grip + 150, first.y + 10, {steps: 5});
+        assert.notDeepEqual(await line(), laid);
+        await page.keyboard.press("Escape");
+        await page.mouse.up();
+        await settled(page);
+        assert.deepEqual((await line()).map(style => style.replace(/ ?transform:[^;]*;/, "")), laid);
+      }
+
+      for (const [part, name, by] of [["hips", "hips", [0, 12]], ["head", "head", [14, 6]], ["left_forearm", "left elbow", [25, -10]], ["right_shin", "right knee", [-15, 0]]]) {
+        const before = await pixels(page, ".screen canvas");
+        await takeJoint(page, part, by);
+        await page.mouse.up();
+        await settled(page);
+        assert.ok((await pins()).some(pin => pin.includes(`block 1, frame 30, ${name}`)), `${await pins()}`);
+        assert.notEqual(await pixels(page, ".screen canvas"), before, name);
+      }
+      await page.screenshot({path: "texture_joints.png"});
+
+      // What the captures never do is bridged where it is told.
+      for (let n = 0; n < 4; ++n) await page.keyboard.press("Control+z");
+      await settled(page);
+      await page.locator(".texton-line .snippet").first().focus();
+      await page.keyboard.press("Alt+ArrowRight");
+      await settled(page);
+      const [never, count] = [await page.locator(".join.never").count(), (await blocks(page)).length];
+      assert.ok(never > 0);
+      await page.locator(".join.never").first().click();
+      await settled(page);
+      assert.equal(await page.locator(".join.never").count(), never - 1);
+      assert.ok((await blocks(page)).length > count);
+
+      await page.getByText("All transitions").click();
+      const cells = page.locator(".texton-matrix canvas"), box = await cells.boundingBox();
+      const textons = await page.locator(".texton-table tbody tr").count();
+      await cells.hover({position: {x: box.width * 1.5 / textons, y: box.height * 0.5 / textons}});
+      assert.match(await page.locator(".texton-matrix .legend").innerText(), /^From 0 to 1: ([01]\.\d\d|never)$/);
+      await cells.click({position: {x: box.width * 1.5 / textons, y: box.height * 0.5 / textons}});
+      assert.equal(await page.getByLabel("Path from texton").inputValue(), "0");
+      assert.equal(await page.getByLabel("Path to texton").inputValue(), "1");
+      await cells.press("ArrowDown");
+      assert.match(await page.locator(".texton-matrix .legend").innerText(), /^From 1 to 1/);
+
+      await page.getByText(/^All \d+ textons$/).click();
+      await page.getByRole("button", {name: "Captured", exact: true}).click();
+      await page.screenshot({path: "texture_all.png"});
+      await page.getByTitle("Play texton 1").click();
+      await page.locator(".captions").getByText("texton 1").waitFor();
+      await assertAccessible(page);
+      await page.getByRole("button", {name: "Dark"}).click();
+      await page.waitForTimeout(300);
+      await assertAccessible(page);
+      await page.screenshot({path: "texture_all_dark.png"});
     });
   } finally {
     await rm(folder, {recursive: true, force: true});

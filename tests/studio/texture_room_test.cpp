@@ -13,6 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
+using enum motion::StandardJoint;
 
 /// A small texture of one take, and a studio that has it open.
 class TextureRoomTest : public ::testing::Test {
@@ -41,15 +42,23 @@ class TextureRoomTest : public ::testing::Test {
   static cli::MadeTexture made_of(const Json& state) {
     return cli::make_texture(*texture_, cli::read_texture_state(state, "state").choices);
   }
+  static Vector3d place_of(const motion::Clip& clip, int frame, motion::StandardJoint joint) {
+    return motion::forward_kinematics(clip, frame)
+        .positions.col(texture_->rig.humanoid.mapped(joint)->joint);
+  }
+  static Vector3d in_hips(const motion::Clip& clip, int frame, motion::StandardJoint joint) {
+    return hips_rotation(clip, frame).conjugate() *
+           (place_of(clip, frame, joint) - place_of(clip, frame, kHips));
+  }
   static Vector3d hand_in_hips(const motion::Clip& clip, int frame) {
-    const motion::ModelPose pose = motion::forward_kinematics(clip, frame);
-    const auto joint = [](motion::StandardJoint one) {
-      return texture_->rig.humanoid.mapped(one)->joint;
-    };
-    const int hips = joint(motion::StandardJoint::kHips);
-    const int hand = joint(motion::StandardJoint::kLeftHand);
-    return pose.rotations[static_cast<std::size_t>(hips)].conjugate() *
-           (pose.positions.col(hand) - pose.positions.col(hips));
+    return in_hips(clip, frame, kLeftHand);
+  }
+  static Eigen::Quaterniond hips_rotation(const motion::Clip& clip, int frame) {
+    return motion::forward_kinematics(clip, frame)
+        .rotations[static_cast<std::size_t>(texture_->rig.humanoid.mapped(kHips)->joint)];
+  }
+  static Json pin(int frame, const char* joint, const Vector3d& place) {
+    return {{"frame", frame}, {"joint", joint}, {"place", {place.x(), place.y(), place.z()}}};
   }
 
   static inline fs::path folder_;
@@ -94,8 +103,7 @@ TEST_F(TextureRoomTest, APinnedHandIsWhereItIsWanted) {
   const auto end = static_cast<int>(before.parts[0].end);
   const int frame = end / 2;
   const auto pinned_at = [&](const Vector3d& place) {
-    state["textons"][0]["pins"] = {
-        {{"frame", frame}, {"joint", "left_hand"}, {"place", {place.x(), place.y(), place.z()}}}};
+    state["textons"][0]["pins"] = {pin(frame, "left_hand", place)};
     return made_of(state);
   };
   const Vector3d own = hand_in_hips(before.clip, frame);
@@ -113,6 +121,68 @@ TEST_F(TextureRoomTest, APinnedHandIsWhereItIsWanted) {
     EXPECT_LT((hand_in_hips(same.clip, at) - hand_in_hips(before.clip, at)).norm(), 1e-4) << at;
 }
 
+TEST_F(TextureRoomTest, PinnedHipsMoveAndHandsAndFeetStay) {
+  Json state = TextureRoomTest::state();
+  state["foot_fix"] = false;
+  // Behind the second block's beginning, where the path has turned away from where it began.
+  const cli::MadeTexture before = made_of(state);
+  const auto begin = static_cast<int>(before.parts[1].begin);
+  const auto end = static_cast<int>(before.parts[1].end);
+  const int frame = (end - begin) / 2;
+  const Vector3d shift(0.03, -0.05, 0.04);
+  state["textons"][1]["pins"] = {pin(frame, "hips", shift)};
+  const cli::MadeTexture pinned = made_of(state);
+  const int at = begin + frame;
+  const Vector3d wanted = place_of(before.clip, at, kHips) + hips_rotation(before.clip, at) * shift;
+  const Vector3d hips = place_of(pinned.clip, at, kHips);
+  EXPECT_LT((hips - wanted).norm(), 0.01);
+  const Eigen::Quaterniond turn =
+      hips_rotation(pinned.clip, at) * hips_rotation(before.clip, at).conjugate();
+  for (const auto limb : {kLeftHand, kRightHand, kLeftFoot, kRightFoot}) {
+    const Vector3d stays = place_of(before.clip, at, limb) - wanted;
+    EXPECT_LT((place_of(pinned.clip, at, limb) - hips - turn * stays).norm(), 1e-3);
+  }
+  // The path leads on from where it did.
+  EXPECT_LT((place_of(pinned.clip, end, kHips) - place_of(before.clip, end, kHips)).norm(), 0.01);
+  EXPECT_LT((place_of(pinned.clip, begin, kHips) - place_of(before.clip, begin, kHips)).norm(),
+            1e-6);
+}
+
+TEST_F(TextureRoomTest, HeadAndElbowGoWhereTheyArePinned) {
+  Json state = TextureRoomTest::state();
+  state["foot_fix"] = false;
+  const cli::MadeTexture before = made_of(state);
+  const auto frame = static_cast<int>(before.parts[0].end / 2);
+  const Vector3d head = in_hips(before.clip, frame, kHead) + Vector3d(0.02, -0.03, 0.05);
+  const Vector3d hand = hand_in_hips(before.clip, frame) + Vector3d(0.0, 0.08, 0.06);
+  const Vector3d elbow = in_hips(before.clip, frame, kLeftForearm) + Vector3d(0.1, 0.1, 0.0);
+  state["textons"][0]["pins"] = {pin(frame, "left_forearm", elbow), pin(frame, "head", head),
+                                 pin(frame, "left_hand", hand)};
+  const cli::MadeTexture pinned = made_of(state);
+  EXPECT_LT((in_hips(pinned.clip, frame, kHead) - head).norm(), 1e-3);
+  EXPECT_LT((hand_in_hips(pinned.clip, frame) - hand).norm(), 1e-3);
+  state["textons"][0]["pins"].erase(0);
+  EXPECT_LT((in_hips(pinned.clip, frame, kLeftForearm) - elbow).norm(),
+            (in_hips(made_of(state).clip, frame, kLeftForearm) - elbow).norm() - 0.005);
+}
+
+TEST_F(TextureRoomTest, PinsOfADrawnPathGiveWhatTheVerbMakes) {
+  Json state = TextureRoomTest::state();
+  (void)made(state);
+  state["textons"][0]["pins"] = {pin(30, "left_hand", {0.3, 0.3, 0.3})};
+  const auto root = [](const Motion& motion) { return motion.number("root", 3 * 31); };
+  const Motion pinned(made(state).body);
+  const Motion draft(
+      opened_->post("/api/texture/make", Json{{"state", state}, {"draft", true}}.dump()).body);
+  EXPECT_EQ(draft.header["quality"], nullptr);
+  EXPECT_NE(pinned.header["quality"], nullptr);
+  EXPECT_EQ(draft.arrays, pinned.arrays);
+  EXPECT_NEAR(root(pinned), made_of(state).clip.root_positions()(0, 31), 1e-6);
+  // Other noise is another path.
+  state["noise"] = 0.0;
+  EXPECT_NEAR(root(Motion(made(state).body)), made_of(state).clip.root_positions()(0, 31), 1e-6);
+}
+
 TEST_F(TextureRoomTest, WhatIsExportedIsWhatTheVerbMakesOfTheState) {
   Json state = TextureRoomTest::state();
   state["noise"] = 0.7;
@@ -120,7 +190,10 @@ TEST_F(TextureRoomTest, WhatIsExportedIsWhatTheVerbMakesOfTheState) {
   state["textons"][1]["frames"] = 50;
   state["textons"][1]["pins"] = {
       {{"frame", 20}, {"joint", "right_foot"}, {"place", {-0.1, -0.6, 0.2}}},
-      {{"frame", 20}, {"joint", "right_hand"}, {"place", {-0.3, 0.5, 0.3}}}};
+      {{"frame", 20}, {"joint", "right_hand"}, {"place", {-0.3, 0.5, 0.3}}},
+      {{"frame", 20}, {"joint", "right_forearm"}, {"place", {-0.4, 0.2, 0.3}}},
+      {{"frame", 25}, {"joint", "head"}, {"place", {0.0, 0.6, 0.1}}},
+      {{"frame", 30}, {"joint", "hips"}, {"place", {0.02, -0.05, 0.03}}}};
   base::write_file(folder_ / "room.json", state.dump(2), {.overwrite = true});
   for (const std::string format : {"bvh", "glb"}) {
     const Response exported =
@@ -165,6 +238,14 @@ TEST_F(TextureRoomTest, FindsPathsAsTheVerbDoes) {
   const Json told = Json::parse(verb.out);
   EXPECT_EQ(found["path"], told["path"]);
   EXPECT_EQ(found["cost_nats"], told["cost_nats"]);
+  // A bridge from a texton to itself goes by others.
+  const Json round =
+      opened_->post_json("/api/texture/path", {{"from", from}, {"to", from}, {"bridge", true}});
+  if (!round["path"].is_null()) {
+    EXPECT_GE(round["path"].size(), 3U);
+    EXPECT_EQ(round["path"].front(), from);
+    EXPECT_EQ(round["path"].back(), from);
+  }
 }
 
 TEST_F(TextureRoomTest, NamesWhatIsWrongWithAState) {
@@ -178,8 +259,8 @@ TEST_F(TextureRoomTest, NamesWhatIsWrongWithAState) {
       EXPECT_THAT(error.what(), ::testing::HasSubstr(told));
     }
   };
-  const auto pin = [](int frame, const char* joint) {
-    return Json::array({{{"frame", frame}, {"joint", joint}, {"place", {0, 0, 0.3}}}});
+  const auto pinned = [](int frame, const char* joint) {
+    return Json::array({pin(frame, joint, {0.0, 0.0, 0.3})});
   };
   refused([](Json& state) { state["schema"] = "laban.map-room/1"; }, "the texture room");
   refused([](Json& state) { state["textons"] = Json::array(); }, "1 to 2000 textons");
@@ -192,9 +273,11 @@ TEST_F(TextureRoomTest, NamesWhatIsWrongWithAState) {
           state["textons"].push_back({{"texton", 0}, {"frames", 100'000}, {"pins", Json::array()}});
       },
       "more than 500000 frames");
-  refused([&](Json& state) { state["textons"][0]["pins"] = pin(9, "head"); }, "'joint' is none of");
-  refused([&](Json& state) { state["textons"][1]["pins"] = pin(1, "left_hand"); }, "frame 1 of");
-  refused([&](Json& state) { state["textons"][0]["pins"] = pin(5000, "left_hand"); }, "frame 5000");
+  refused([&](Json& state) { state["textons"][0]["pins"] = pinned(9, "neck"); },
+          "'joint' is none of");
+  refused([&](Json& state) { state["textons"][1]["pins"] = pinned(1, "left_hand"); }, "frame 1 of");
+  refused([&](Json& state) { state["textons"][0]["pins"] = pinned(5000, "left_hand"); },
+          "frame 5000");
   refused([](Json& state) { state["noise"] = -1; }, "'noise' must be");
   refused([](Json& state) { state["texture"] = "other.texture"; }, "--texture other.texture");
   EXPECT_EQ(status_of([] {

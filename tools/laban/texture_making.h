@@ -9,11 +9,12 @@
 
 namespace laban::cli {
 
-/// Where a hand or foot is to be in a frame.
+/// Where a joint is to be in a frame, one that can be brought there (motion::can_reach).
 struct JointPin {
   int frame = 0;  ///< of its texton
   motion::StandardJoint joint = motion::StandardJoint::kLeftHand;
-  /// Metres, from the hips joint and in its axes: right wherever the path leads.
+  /// Metres, from the hips joint and in its axes: right wherever the path leads. Of the hips
+  /// themselves, from where they would be.
   Eigen::Vector3d place = Eigen::Vector3d::Zero();
 };
 
@@ -42,10 +43,23 @@ struct MadeTexture {
   std::vector<PinnedTexton> pinned;
 };
 
-/// The path between given ends, pinned frames reached for by two-bone IK and the textons solved
-/// anew through them ([Li02, 5.2]), begun at `start`.
-/// @throws Error{kUsage} as texture::synthesize_path, and for a pin beyond its texton or where two
-///         textons meet.
+/// The path between given ends before it is pinned: pins change nothing of it.
+/// @throws as texture::synthesize_path.
+[[nodiscard]] texture::PathMotion draw_path(const texture::MotionTexture& texture,
+                                            const TextureChoices& choices,
+                                            const texture::PathEnds& ends = {},
+                                            base::Progress* progress = nullptr);
+
+/// What draw_path has drawn of the same choices and ends, pinned frames reached for by
+/// motion::reach and the textons solved anew through them ([Li02, 5.2]), begun at `start`.
+/// @throws Error{kUsage} for a pin beyond its texton or where two textons meet.
+[[nodiscard]] MadeTexture play_path(const texture::MotionTexture& texture,
+                                    const TextureChoices& choices, texture::PathMotion motion,
+                                    const texture::PathEnds& ends = {},
+                                    const motion::PlanarPose& start = {},
+                                    base::Progress* progress = nullptr);
+
+/// draw_path and play_path.
 [[nodiscard]] MadeTexture make_texture(const texture::MotionTexture& texture,
                                        const TextureChoices& choices,
                                        const texture::PathEnds& ends = {},

@@ -26,8 +26,8 @@ JointPin read_pin(const Json& json, const std::string& where) {
   const auto& names = motion::kStandardJointNames;
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) pin.joint = static_cast<motion::StandardJoint>(found - names.begin());
-  if (found == names.end() || !motion::is_limb_end(pin.joint))
-    reader.fail_at("joint", "is none of left_hand, right_hand, left_foot, right_foot");
+  if (found == names.end() || !motion::can_reach(pin.joint))
+    reader.fail_at("joint", "is none of hips, head, and left or right hand, forearm, foot, shin");
   const Json& place = reader.at("place");
   if (!place.is_array() || place.size() != 3) reader.fail_at("place", "is no list of 3 numbers");
   for (std::size_t k = 0; k < 3; ++k) {

@@ -19,6 +19,8 @@ constexpr int kMostPieces = 1000;
 /// Pieces of a walk: weeks of it.
 constexpr int kLastPiece = 1'000'000;
 constexpr int kLongestPath = 1000;
+/// Frames of a path that are kept at most, about 10 MB.
+constexpr Eigen::Index kMostFramesKept = 20'000;
 
 texture::MotionTexture read_texture(const std::string& path) {
   cli::InputRecord record;
@@ -28,6 +30,20 @@ texture::MotionTexture read_texture(const std::string& path) {
 bool same(const texture::TextureMotionOptions& a, const texture::TextureMotionOptions& b) {
   return a.seed == b.seed && a.noise_level == b.noise_level && a.variation == b.variation &&
          a.hold_feet == b.hold_feet;
+}
+
+/// The cheapest path from a texton by others back to it; cheapest_path stays where it is.
+std::optional<std::vector<int>> cheapest_round(const Eigen::MatrixXd& transitions, int texton) {
+  std::optional<std::vector<int>> best;
+  for (int next = 0; next < transitions.cols(); ++next) {
+    if (next == texton || !(transitions(texton, next) > 0.0)) continue;
+    auto path = texture::cheapest_path(transitions, next, texton);
+    if (!path) continue;
+    path->insert(path->begin(), texton);
+    if (!best || texture::path_cost(transitions, *path) < texture::path_cost(transitions, *best))
+      best = std::move(path);
+  }
+  return best;
 }
 
 }  // namespace
@@ -81,11 +97,15 @@ Json TextureRoom::path(const Json& request) const {
   const int from = index_at(request, "from", texture_.texton_count());
   const int to = index_at(request, "to", texture_.texton_count());
   const Eigen::MatrixXd transitions = texture::transition_matrix(texture_);
-  const bool any_length = request.value("length", Json()).is_null();
-  const auto found = any_length
-                         ? texture::cheapest_path(transitions, from, to)
-                         : texture::path_of_length(transitions, from, to,
-                                                   index_at(request, "length", kLongestPath + 1));
+  const auto find = [&]() -> std::optional<std::vector<int>> {
+    if (!request.value("length", Json()).is_null())
+      return texture::path_of_length(transitions, from, to,
+                                     index_at(request, "length", kLongestPath + 1));
+    return from == to && request.value("bridge", Json()) == true
+               ? cheapest_round(transitions, from)
+               : texture::cheapest_path(transitions, from, to);
+  };
+  const auto found = find();
   return {
       {"path", found ? Json(*found) : Json()},
       {"cost_nats", found ? cli::finite_or_null(texture::path_cost(transitions, *found)) : Json()}};
@@ -100,9 +120,20 @@ cli::TextureState TextureRoom::state_of(const Json& request) const {
   return state;
 }
 
-Response TextureRoom::made(const Json& request) const {
-  const cli::MadeTexture made =
-      cli::make_texture(texture_, state_of(request).choices, {}, {}, &work_);
+cli::MadeTexture TextureRoom::make(const cli::TextureState& state) {
+  Json asked = to_json(state);
+  for (Json& texton : asked["textons"]) texton.erase("pins");
+  if (drawn_ && drawn_->asked == asked)
+    return cli::play_path(texture_, state.choices, drawn_->motion, {}, {}, &work_);
+  drawn_.reset();
+  texture::PathMotion motion = cli::draw_path(texture_, state.choices, {}, &work_);
+  if (motion.observations.cols() <= kMostFramesKept) drawn_ = Drawn{std::move(asked), motion};
+  return cli::play_path(texture_, state.choices, std::move(motion), {}, {}, &work_);
+}
+
+Response TextureRoom::made(const Json& request) {
+  const cli::MadeTexture made = make(state_of(request));
+  const bool draft = request.value("draft", Json()) == true;
   Json pinned = Json::array();
   for (const cli::PinnedTexton& one : made.pinned) {
     pinned.push_back({{"part", one.part},
@@ -112,15 +143,14 @@ Response TextureRoom::made(const Json& request) const {
   MotionMessage message{made.clip, texture_.rig.humanoid};
   message.more = {{"parts", cli::to_json(made.parts)},
                   {"pinned", pinned},
-                  {"quality", cli::quality_json(texture_, made.clip)}};
+                  {"quality", draft ? Json() : cli::quality_json(texture_, made.clip)}};
   return {200, "application/x-laban-motion", motion_bytes(message)};
 }
 
-Response TextureRoom::exported(const Json& request, const std::string& format) const {
+Response TextureRoom::exported(const Json& request, const std::string& format) {
   require_clip_format(format);
   const std::string name = std::filesystem::path(path_).stem().string() + "." + format;
-  const cli::MadeTexture made =
-      cli::make_texture(texture_, state_of(request).choices, {}, {}, &work_);
+  const cli::MadeTexture made = make(state_of(request));
   return {200, "application/octet-stream", cli::clip_bytes(name, made.clip, stage_.common()), name};
 }
 

@@ -12,6 +12,8 @@ namespace laban::texture {
 
 /// Rows of an observation: three angles a standard joint, height, three planar root steps.
 inline constexpr int kObservationRows = motion::kAngleRowCount + 4;
+/// The row of the hips' height.
+inline constexpr int kHeightRow = motion::kAngleRowCount;
 /// The first of the rows of steps.
 inline constexpr int kStepRow = kObservationRows - 3;
 

@@ -7,13 +7,13 @@ export interface Drag {
   givenUp: () => void;
 }
 
-/** Follows the pointer that `begun` tells of. @param holder  stays on the page while it is dragged. */
-export function follow(holder: HTMLElement | SVGElement, begun: PointerEvent, drag: Drag): void {
+/** Follows the pointer that `begun` tells of, pressed on `holder`, even if that goes away while it is dragged. */
+export function follow(holder: Element, begun: PointerEvent, drag: Drag): void {
+  holder.setPointerCapture(begun.pointerId);
   const ended = new AbortController(), {signal} = ended;
   const on = (type: "pointermove" | "pointerup" | "pointercancel" | "lostpointercapture", act: (event: PointerEvent) => void) =>
-    holder.addEventListener(type, event => {
-      const one = event as PointerEvent;
-      if (one.pointerId === begun.pointerId) act(one);
+    document.addEventListener(type, event => {
+      if (event.pointerId === begun.pointerId) act(event);
     }, {signal});
   const giveUp = () => {
     ended.abort();
@@ -26,11 +26,11 @@ export function follow(holder: HTMLElement | SVGElement, begun: PointerEvent, dr
   });
   on("pointercancel", giveUp);
   on("lostpointercapture", giveUp);
-  window.addEventListener("keydown", event => {
+  document.addEventListener("keydown", event => {
     if (event.key !== "Escape") return;
     event.preventDefault();
     event.stopPropagation();
     giveUp();
+    if (holder.hasPointerCapture(begun.pointerId)) holder.releasePointerCapture(begun.pointerId);
   }, {signal, capture: true});
-  holder.setPointerCapture(begun.pointerId);
 }

@@ -86,8 +86,7 @@ export class EffortRoom implements Room {
       return;
     }
     if (clip.id !== this.clip?.id) await this.openClip(clip);
-    // Another was chosen while it opened: that one is shown, where it was chosen.
-    if (clip !== this.studio.clip) return;
+    if (!host.isConnected) return;
     host.append(el("div", {class: "room effort-room"},
       el("div", {class: "left"}, this.stage.root, this.timeline.root,
          el("div", {class: "over-time"}, this.legend(), this.overTime.root)),

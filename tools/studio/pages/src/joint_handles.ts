@@ -4,14 +4,30 @@ import {el} from "./dom";
 import {follow} from "./drag";
 import type {Pane} from "./pane";
 
+export type Place = [number, number, number];
+
+/** A joint in the hand: where it is dragged to, metres. */
+export interface HeldJoint {
+  moved: (place: Place) => void;
+  dropped: (place: Place) => void;
+  /** It is to be where it was. */
+  givenUp: () => void;
+}
+
 export interface JointHandlesUse {
   /** Standard parts that have a handle: "left_hand", .. */
   parts: string[];
-  /** Where a joint is dragged to, metres; `done` with the last of it. */
-  dragged: (part: string, place: [number, number, number], done: boolean) => void;
-  /** A drag was given up. */
-  givenUp: () => void;
+  /** Called when a joint is taken; null: it cannot be. */
+  hold: (part: string) => HeldJoint | null;
 }
+
+/** What a joint is called: "left elbow". */
+export function jointName(part: string): string {
+  return part.replace("forearm", "elbow").replace("shin", "knee").replace("_", " ");
+}
+
+/** A drag shorter than this moves nothing, pixels. */
+const CLICK = 3;
 
 export class JointHandles {
   readonly root = el("div", {class: "handles"});
@@ -24,7 +40,7 @@ export class JointHandles {
 
   constructor(private readonly use: JointHandlesUse) {
     for (const part of use.parts) {
-      const handle = el("div", {class: "handle", title: `Drag to pin the ${part.replace("_", " ")} at this frame`});
+      const handle = el("div", {class: "handle", title: `Drag to pin the ${jointName(part)} at this frame`, "data-part": part});
       handle.addEventListener("pointerdown", event => this.hold(event, part));
       this.handles.set(part, handle);
       this.root.append(handle);
@@ -52,28 +68,33 @@ export class JointHandles {
 
   private hold(event: PointerEvent, part: string): void {
     const {pane} = this, handle = this.handles.get(part)!;
-    const joint = pane?.joint(part);
-    if (!pane || !joint) return;
+    const joint = pane?.joint(part), held = joint ? this.use.hold(part) : null;
+    if (!pane || !joint || held === null) return;
     event.preventDefault();
     event.stopPropagation();
     const depth = joint.project(pane.camera).z;
     const box = this.root.getBoundingClientRect();
-    const placeOf = (at: PointerEvent): [number, number, number] => {
+    const placeOf = (at: PointerEvent): Place => {
       const [x, y] = [at.clientX - box.left, at.clientY - box.top];
       this.moveTo(handle, x, y);
       const world = new THREE.Vector3(2 * (x - this.left) / this.width - 1, 1 - 2 * y / this.height, depth).unproject(pane.camera);
       return [world.x, world.y, world.z];
     };
     this.held = part;
+    let far = false;
+    const release = () => this.held = null;
     follow(handle, event, {
-      moved: next => this.use.dragged(part, placeOf(next), false),
+      moved: next => {
+        far ||= Math.hypot(next.clientX - event.clientX, next.clientY - event.clientY) >= CLICK;
+        if (far) held.moved(placeOf(next));
+      },
       dropped: last => {
-        this.held = null;
-        this.use.dragged(part, placeOf(last), true);
+        release();
+        if (far) held.dropped(placeOf(last));
       },
       givenUp: () => {
-        this.held = null;
-        this.use.givenUp();
+        release();
+        held.givenUp();
       },
     });
   }

@@ -121,15 +121,16 @@ export class LoopRoom implements Room {
   private async openClip(clip: ClipInfo): Promise<void> {
     const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
     const {state} = await postJson<{state: LoopState}>("/api/loop/open", {clip: clip.id});
-    this.clip = clip;
-    this.input = await staged(`input: ${clip.name}`, clip, motion);
+    const input = await staged(`input: ${clip.name}`, clip, motion);
     // A character is in one pane at a time: the output has its own.
-    this.outputCharacter = (await staged("", clip, motion)).character ?? null;
+    const outputCharacter = (await staged("", clip, motion)).character ?? null;
+    if (clip !== this.studio.clip) return;
+    [this.clip, this.input, this.outputCharacter] = [clip, input, outputCharacter];
     this.output = this.report = null;
     this.turnsOf = "";
     this.chosen = 0;
-    this.stage.setClips([this.input]);
-    this.tools.begin(state);
+    this.stage.setClips([input]);
+    this.tools.begin(state, clip.id);
   }
 
   private changed(state: LoopState): void {
@@ -141,7 +142,9 @@ export class LoopRoom implements Room {
   }
 
   private async make(state: LoopState): Promise<void> {
-    const made = await postMotion("/api/loop/make", {clip: this.clip!.id, state});
+    const {clip} = this;
+    const made = await postMotion("/api/loop/make", {clip: clip!.id, state});
+    if (clip !== this.clip) return;
     const report = this.report = made.header["report"] as LoopReport;
     const [x, z] = report.round_shift_m ?? [0, 0];
     this.output = report.kind === "endless" ? made

@@ -89,6 +89,7 @@ export class MapRoom implements Room {
   async enter(host: HTMLElement): Promise<void> {
     if (this.map === null) await this.openMap();
     await this.openClip(this.studio.clip);
+    if (!host.isConnected) return;
     host.append(el("div", {class: "room map-room"},
       el("div", {class: "left"}, this.stage.root),
       el("aside", {class: "right"}, this.tools.root, this.map!.root,
@@ -132,9 +133,11 @@ export class MapRoom implements Room {
   private async openClip(clip: ClipInfo | null): Promise<void> {
     this.pin.disabled = clip === null;
     if (clip === null || clip.id === this.clip?.id) return;
-    this.clip = clip;
-    this.input = await staged(`clip: ${clip.name}`, clip, await getMotion(`/api/clips/motion?clip=${clip.id}`));
-    this.map!.showClip((await postJson<{points: Point[]}>("/api/map/clip", {clip: clip.id})).points);
+    const input = await staged(`clip: ${clip.name}`, clip, await getMotion(`/api/clips/motion?clip=${clip.id}`));
+    const {points} = await postJson<{points: Point[]}>("/api/map/clip", {clip: clip.id});
+    if (clip !== this.studio.clip) return;
+    [this.clip, this.input] = [clip, input];
+    this.map!.showClip(points);
     this.showClips(this.output, "motion");
   }
 

@@ -29,7 +29,8 @@ export class StageRoom implements Room {
     host.append(el("div", {class: "room stage-room"}, this.stage.root));
     if (clip === null) return this.stage.setClips([]);
     const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
-    this.stage.setClips([await staged(clip.name, clip, motion)]);
+    const shown = await staged(clip.name, clip, motion);
+    if (host.isConnected) this.stage.setClips([shown]);
   }
   leave(): void {
     this.stage?.player.pause();

@@ -14,7 +14,7 @@ export interface Studio {
 export interface Room {
   readonly id: string;
   readonly title: string;
-  /** Shows the room; called once for each time that it is entered. */
+  /** Shows the room; called once for each time that it is entered. @param host  gone from the page if it is left meanwhile. */
   enter(host: HTMLElement): Promise<void>;
   /** Stops what runs. */
   leave(): void;

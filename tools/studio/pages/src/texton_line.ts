@@ -1,5 +1,5 @@
 // A path of textons as blocks along its time: chosen, moved, stretched, removed and repeated, by pointer or keys.
-import {el} from "./dom";
+import {button, el} from "./dom";
 import {follow} from "./drag";
 
 export interface TextonBlock {
@@ -16,16 +16,20 @@ export interface TextonLineActs {
   stretch: (block: number, frames: number) => void;
   repeat: (block: number) => void;
   remove: (block: number) => void;
+  /** Asked for where the captures never go from a block to the next. */
+  bridge: (block: number) => void;
 }
 
 /** A drag shorter than this is a click, pixels; and so near to a block's end it is one of its edge. */
 const CLICK = 5;
 const GRIP = 9;
+/** A block of a smaller share of the line has no room for a word between itself and the next. */
+const NARROW = 0.07;
 
 export class TextonLine {
   readonly root = el("div", {class: "texton-line"});
   private readonly row = el("div", {class: "timeline", role: "listbox", "aria-label": "Textons", "aria-orientation": "horizontal"});
-  private readonly joins = el("div", {class: "joins", "aria-hidden": "true"});
+  private readonly joins = el("div", {class: "joins"});
   private readonly cursor = el("div", {class: "cursor", "aria-hidden": "true"});
   private blocks: TextonBlock[] = [];
   private total = 1;
@@ -61,9 +65,14 @@ export class TextonLine {
       box.addEventListener("pointerdown", event => this.grab(event, n, box));
       begin += block.frames;
       if (block.next !== undefined) {
-        const join = el("span", {class: never ? "join never" : "join"}, never ? "\u26A0 never" : block.next!.toFixed(2));
+        const room = Math.min(block.frames, blocks[n + 1].frames) / total, told = `never from texton ${block.texton} to ${blocks[n + 1].texton}`;
+        const join = never ? button(room < NARROW ? "\u26A0" : "\u26A0 never", `The captures go ${told}: bridge them by the cheapest path`,
+                                    () => this.acts.bridge(n))
+                           : el("span", {"aria-hidden": "true"}, block.next!.toFixed(2));
+        if (never) join.setAttribute("aria-label", `Bridge: ${told}`);
+        join.className = never ? "join never" : "join";
         join.style.left = `${100 * begin / total}%`;
-        join.style.maxWidth = `${100 * Math.min(block.frames, blocks[n + 1].frames) / total}%`;
+        join.style.maxWidth = `${100 * room}%`;
         joins.push(join);
       }
       return box;
@@ -108,12 +117,12 @@ export class TextonLine {
     const from = event.clientX, bounds = box.getBoundingClientRect();
     const stretches = bounds.right - from < GRIP;
     const line = this.row.getBoundingClientRect();
-    const {width} = box.style;
+    const width = box.style.width;
     const putBack = () => {
       box.style.transform = "";
       box.style.width = width;
     };
-    follow(this.row, event, {
+    follow(box, event, {
       moved: next => {
         const by = next.clientX - from;
         if (stretches) box.style.width = `${100 * Math.max(8, bounds.width + by) / line.width}%`;

@@ -2,6 +2,7 @@
 import {getJson, postJson, postMotion} from "./api";
 import {button, el} from "./dom";
 import {Fields, type Field} from "./fields";
+import {jointName, type HeldJoint, type Place} from "./joint_handles";
 import {Latest} from "./latest";
 import {joined, Pose, type Motion} from "./motion";
 import {Stage} from "./stage";
@@ -9,12 +10,14 @@ import {StateTools} from "./state_tools";
 import type {Room, Studio} from "./studio";
 import {TextonGraph, type Transition} from "./texton_graph";
 import {TextonLine} from "./texton_line";
+import {TextonMatrix} from "./texton_matrix";
+import {TextonTable, type TextonTotals} from "./texton_table";
 
 interface Pin {
   frame: number;
   joint: string;
-  /** Metres, from the hips and in their axes. */
-  place: [number, number, number];
+  /** Metres, from the hips and in their axes; of the hips, from where they would be. */
+  place: Place;
 }
 
 interface Block {
@@ -38,7 +41,7 @@ interface TextureState {
 interface OpenedTexture {
   name: string;
   frame_rate_hz: number;
-  textons: {segments: number; frames: number}[];
+  textons: TextonTotals[];
   transitions: Transition[];
   state: TextureState;
 }
@@ -55,7 +58,8 @@ interface FoundPath {
   cost_nats: number | null;
 }
 
-const LIMB_ENDS = ["left_hand", "right_hand", "left_foot", "right_foot"];
+/** What can be pinned. */
+const JOINTS = ["hips", "head", ...["left", "right"].flatMap(side => ["forearm", "hand", "shin", "foot"].map(part => `${side}_${part}`))];
 /** Frames where two textons meet, which stay as they are. */
 const MEETING = 2;
 /** Beyond this many of its deviations a texton is spoilt. */
@@ -84,8 +88,7 @@ function keepPinnable(blocks: Block[]): void {
 export class TextureRoom implements Room {
   readonly id = "texture";
   readonly title = "Texture";
-  private readonly stage = new Stage({parts: LIMB_ENDS, dragged: (part, place, done) => this.drag(part, place, done),
-                                     givenUp: () => this.making.ask(this.tools.state)});
+  private readonly stage = new Stage({parts: JOINTS, hold: part => this.hold(part)});
   private readonly tools: StateTools<TextureState>;
   private readonly line: TextonLine;
   private readonly fields: Field<TextureState>[];
@@ -98,8 +101,9 @@ export class TextureRoom implements Room {
   private readonly pathTo = el("input", {type: "number", min: 0, step: 1, value: 0, "aria-label": "Path to texton"});
   private readonly pathLength = el("input", {type: "number", min: 1, max: 1000, step: 1, placeholder: "any", "aria-label": "Textons of the path"});
   private readonly endless = button("Play on and on", "A random walk with this noise and seed, without end", () => void this.toggleWalk());
-  private readonly making = new Latest<TextureState>(state => this.studio.attempt(() => this.make(state)));
+  private readonly making = new Latest<{state: TextureState; draft: boolean}>(asked => this.studio.attempt(() => this.make(asked)));
   private graph: TextonGraph | null = null;
+  private readonly all = el("div", {class: "all-textons"});
   private opened: OpenedTexture | null = null;
   private made: Motion | null = null;
   private parts: Part[] = [];
@@ -128,13 +132,14 @@ export class TextureRoom implements Room {
       remove: n => this.edit(blocks => {
         if (blocks.length > 1) blocks.splice(n, 1);
       }, Math.max(0, n - 1)),
+      bridge: n => void this.bridge(n),
     });
-    const fields = new Fields<TextureState>((edit, kind) => this.tools.change(edit, kind));
+    const fields = new Fields<TextureState>((edit, kind) => this.tools.change(edit, kind), edit => this.draft(edit));
     const seed = fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value);
     seed.root.append(button("Draw again", "The next seed", () => this.tools.change(state => state.seed = (state.seed + 1) % 1000001)));
     this.fields = [
-      this.slider("Noise", 2, state => state.noise, (state, value) => state.noise = value),
-      this.slider("Variation", 1, state => state.variation, (state, value) => state.variation = value),
+      fields.range("Noise", [0, 2, 0.05], state => state.noise, (state, value) => state.noise = value),
+      fields.range("Variation", [0, 1, 0.05], state => state.variation, (state, value) => state.variation = value),
       seed,
       fields.flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
     ];
@@ -144,11 +149,12 @@ export class TextureRoom implements Room {
 
   async enter(host: HTMLElement): Promise<void> {
     if (this.opened === null) await this.openTexture();
+    if (!host.isConnected) return;
     host.append(el("div", {class: "room effort-room texture-room"},
       el("div", {class: "left"}, this.stage.root, this.line.root,
          el("div", {class: "bar below"}, this.blockButtons(), this.endless),
          el("p", {class: "hint"}, "Drag blocks to move them, their right edge to stretch. Keys: Alt+arrows move, + and \u2212 stretch, D repeats, Delete removes. " +
-            "While paused, drag a hand or foot to pin it at this frame.")),
+            "While paused, drag a joint to pin it at this frame; Escape lets it go.")),
       el("aside", {class: "right"}, this.tools.root,
          el("section", {class: "options", "aria-label": "Motion"}, ...this.fields.map(field => field.root)),
          this.told, this.cautions, this.pins,
@@ -159,7 +165,7 @@ export class TextureRoom implements Room {
             this.graph!.root,
             el("div", {class: "bar"}, el("span", {}, "Cheapest path"), this.pathFrom, "to", this.pathTo, "of", this.pathLength, "textons",
                button("Find", "Find the cheapest path of transitions", () => void this.findPath())),
-            this.found))));
+            this.found, this.all))));
     this.stage.draw();
   }
 
@@ -179,25 +185,25 @@ export class TextureRoom implements Room {
   private async openTexture(): Promise<void> {
     const opened = this.opened = await getJson<OpenedTexture>("/api/texture");
     this.graph = new TextonGraph(opened.transitions, texton => this.look(texton));
+    const folded = (label: string, ...inside: HTMLElement[]) => el("details", {}, el("summary", {}, label), ...inside);
+    this.all.append(
+      folded(`All ${opened.textons.length} textons`, new TextonTable(opened.textons, texton => {
+        this.look(texton);
+        void this.preview();
+      }).root),
+      folded("All transitions", new TextonMatrix(opened.textons.length, opened.transitions, (from, to) => {
+        this.look(to);
+        this.pathFrom.value = String(from);
+      }).root));
     for (const input of [this.chosenField, this.pathFrom, this.pathTo]) input.max = String(opened.textons.length - 1);
     this.look(opened.state.textons[0].texton);
     this.tools.begin(opened.state);
   }
 
-  private slider(label: string, max: number, get: (state: TextureState) => number, set: (state: TextureState, value: number) => void): Field<TextureState> {
-    const input = el("input", {type: "range", min: 0, max, step: 0.05}), shown = el("output", {class: "asked"});
-    const value = () => Number(input.value);
-    input.addEventListener("input", () => {
-      shown.value = value().toFixed(2);
-      const {state} = this.tools;
-      set(state, value());
-      this.making.ask(state);
-    });
-    input.addEventListener("change", () => this.tools.change(state => set(state, value()), label));
-    return {root: el("label", {class: "field"}, label, input, shown), show: state => {
-      input.value = String(get(state));
-      shown.value = get(state).toFixed(2);
-    }};
+  private draft(edit: (state: TextureState) => void): void {
+    const {state} = this.tools;
+    edit(state);
+    this.making.ask({state, draft: true});
   }
 
   private blockButtons(): HTMLElement {
@@ -222,11 +228,11 @@ export class TextureRoom implements Room {
   private changed(state: TextureState): void {
     for (const field of this.fields) field.show(state);
     this.stopWalk();
-    this.making.ask(state);
+    this.making.ask({state, draft: false});
   }
 
-  private async make(state: TextureState): Promise<void> {
-    const made = await postMotion("/api/texture/make", {state});
+  private async make(asked: {state: TextureState; draft: boolean}): Promise<void> {
+    const {state} = asked, made = await postMotion("/api/texture/make", asked);
     this.made = made;
     this.parts = made.header["parts"] as Part[];
     if (this.walk === null) this.stagePath(made);
@@ -274,7 +280,7 @@ export class TextureRoom implements Room {
 
   private showPins(state: TextureState): void {
     this.pins.replaceChildren(...state.textons.flatMap((one, n) => one.pins.map((pin, p) => {
-      const name = `block ${n + 1}, frame ${pin.frame}, ${pin.joint.replace("_", " ")}`;
+      const name = `block ${n + 1}, frame ${pin.frame}, ${jointName(pin.joint)}`;
       return el("li", {}, `Pin: ${name} `,
         button("Go", `Show ${name}`, () => {
           this.backToPath();
@@ -318,14 +324,14 @@ export class TextureRoom implements Room {
     });
   }
 
-  private path(from: number, to: number, length: number | null): Promise<FoundPath> {
-    return postJson<FoundPath>("/api/texture/path", {from, to, length});
+  private path(asked: {from: number; to: number; length?: number | null; bridge?: boolean}): Promise<FoundPath> {
+    return postJson<FoundPath>("/api/texture/path", asked);
   }
 
   private async findPath(): Promise<void> {
     await this.studio.attempt(async () => {
       const length = this.pathLength.value === "" ? null : Number(this.pathLength.value);
-      const {path, cost_nats} = await this.path(Number(this.pathFrom.value), Number(this.pathTo.value), length);
+      const {path, cost_nats} = await this.path({from: Number(this.pathFrom.value), to: Number(this.pathTo.value), length});
       this.found.replaceChildren(...path === null
         ? [el("span", {class: "path-told"}, "No path: the captures do not lead there.")]
         : [el("span", {class: "path-told"}, `${path.join(" \u2192 ")}, ${(cost_nats ?? 0).toFixed(2)} nats`),
@@ -338,34 +344,38 @@ export class TextureRoom implements Room {
     await this.studio.attempt(async () => {
       const {textons} = this.tools.state;
       if (n + 1 >= textons.length) throw new Error("the last block has nothing after it to be bridged to");
-      const {path} = await this.path(textons[n].texton, textons[n + 1].texton, null);
+      const {path} = await this.path({from: textons[n].texton, to: textons[n + 1].texton, bridge: true});
       if (path === null) throw new Error(`the captures lead from texton ${textons[n].texton} to ${textons[n + 1].texton} by no way`);
       this.edit(blocks => blocks.splice(n + 1, 0, ...path.slice(1, -1).map(block)), n);
     });
   }
 
-  /** Pins a hand or foot at the frame that is shown, and where it is dragged to. */
-  private drag(part: string, place: [number, number, number], done: boolean): void {
+  /** A joint that is dragged is pinned at the frame that is shown. */
+  private hold(part: string): HeldJoint | null {
     const motion = this.made;
-    if (this.away || motion === null) return;
+    if (this.away || motion === null) return null;
     const frame = Math.min(Math.round(this.stage.player.time * motion.rate), motion.frames - 1);
     const n = this.parts.findIndex(one => frame >= one.begin_frame && frame < one.end_frame);
-    const {begin_frame, end_frame} = this.parts[n];
-    const [first, last] = pinnable(n, this.parts.length, end_frame - begin_frame);
+    const {begin_frame, end_frame} = this.parts[n], frames = end_frame - begin_frame;
+    const [first, last] = pinnable(n, this.parts.length, frames);
     const at = Math.max(first, Math.min(frame - begin_frame, last));
     const pose = new Pose(motion).set(frame);
     const hips = motion.joints.findIndex(joint => joint.part === "hips");
-    const pin: Pin = {frame: at, joint: part, place: pose.local(hips, place).map(value => Math.round(1e4 * value) / 1e4) as Pin["place"]};
-    const set = (state: TextureState) => {
+    // Hips that are pinned already are shown where their pin has moved them.
+    const before = part === "hips" ? this.tools.state.textons[n].pins.find(pin => pin.frame === at && pin.joint === part)?.place : undefined;
+    const pinned = (place: Place) => (state: TextureState) => {
+      const local = pose.local(hips, place).map((value, k) => Math.round(1e4 * (value + (before?.[k] ?? 0))) / 1e4) as Place;
       const one = state.textons[n];
       // A pin is at a frame of a block, which then keeps its length whatever is drawn.
-      one.frames ??= end_frame - begin_frame;
-      one.pins = [...one.pins.filter(other => other.frame !== at || other.joint !== part), pin].sort((a, b) => a.frame - b.frame);
+      one.frames ??= frames;
+      one.pins = [...one.pins.filter(pin => pin.frame !== at || pin.joint !== part), {frame: at, joint: part, place: local}]
+                     .sort((a, b) => a.frame - b.frame);
     };
-    if (done) return void this.tools.change(set);
-    const {state} = this.tools;
-    set(state);
-    this.making.ask(state);
+    return {
+      moved: place => this.draft(pinned(place)),
+      dropped: place => void this.tools.change(pinned(place)),
+      givenUp: () => this.making.ask({state: this.tools.state, draft: false}),
+    };
   }
 
   private tick(time: number): void {
