@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <future>
 #include <map>
+#include <memory>
 #include <set>
 #include <sstream>
 
@@ -125,6 +127,24 @@ TEST(LabelRoom, GoesOnWhereItStoppedAndGivesAnotherRaterRowsOfTheirOwn) {
   const Json agreement = again.agreement();
   EXPECT_EQ(agreement["raters"].size(), 2U);
   EXPECT_EQ(agreement["factors"].size(), 3U);
+}
+
+TEST(LabelRoom, TwoStudiosOnOneTableLoseNothing) {
+  const fs::path sheet = blank_sheet();
+  std::vector<std::unique_ptr<LabelRoom>> rooms;
+  for (const std::string observer : {"ann", "bob"})
+    rooms.push_back(std::make_unique<LabelRoom>(options(sheet, observer), cli::Common{}));
+  std::vector<std::future<int>> raters;
+  for (const auto& room : rooms) {
+    raters.push_back(std::async(std::launch::async, [&room] {
+      int answers = 0;
+      for (Json next = room->next(); !next["place"].is_null(); ++answers)
+        next = room->answer(rating(next["place"], 1));
+      return answers;
+    }));
+  }
+  // An answer that is lost would be asked for again.
+  for (auto& rater : raters) EXPECT_EQ(rater.get(), rooms.front()->next()["all"]);
 }
 
 /// Answers what is asked, each motion otherwise.

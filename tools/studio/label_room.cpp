@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "laban/base/atomic_file.h"
@@ -24,6 +25,27 @@ namespace {
 /// Others that are shown between a fragment and its repeat, at least.
 constexpr std::size_t kLeastBetween = 5;
 constexpr std::size_t kLongestComment = 2000;
+
+/// Held while a table is read, changed and written, so that of several studios none loses what
+/// another has written: a lock on its log.
+class TableLock {
+ public:
+  explicit TableLock(const std::string& table) {
+    const std::string path = table + ".log";
+    file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+    if (file_ >= 0 && ::flock(file_, LOCK_EX) == 0) return;
+    const int failed = errno;
+    if (file_ >= 0) ::close(file_);
+    throw base::Error(base::ErrorKind::kIo,
+                      path + ": cannot be opened and locked: " + std::strerror(failed));
+  }
+  ~TableLock() { ::close(file_); }
+  TableLock(const TableLock&) = delete;
+  TableLock& operator=(const TableLock&) = delete;
+
+ private:
+  int file_ = -1;
+};
 
 /// Of each content its fragments, from the one whose measured Effort is nearest to none on.
 std::map<std::string, std::vector<int>> neutral_fragments(
@@ -306,6 +328,7 @@ Json LabelRoom::answer(const Json& request) {
   const Json place = request.value("place", Json());
   if (!place.is_number_integer()) throw HttpError(400, "'place' is no whole number");
   const RatingTask& task = task_at(place);
+  const TableLock lock(options_.table);
   effort::LabelTable now = table();
   const effort::LabelRow* before = answer_to(task, now);
   const bool mend = request.value("mend", Json(false)) == Json(true);
