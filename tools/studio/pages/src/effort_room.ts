@@ -1,5 +1,5 @@
 // The Effort room: sliders on one side, input and output on the stage, the snippets below.
-import {getMotion, postJson, postMotion, type ClipInfo, type EffortState, type Lock, type Numbers,
+import {postJson, postMotion, type ClipInfo, type EffortState, type Lock, type Numbers,
         type OpenedEffort, type OverTime, type SnippetChoices, type StyleReport} from "./api";
 import type {Character} from "./character";
 import {el} from "./dom";
@@ -12,9 +12,10 @@ import {LineChart} from "./line_chart";
 import {duration, type Motion} from "./motion";
 import {SnippetPanel} from "./snippet_panel";
 import {Stage, type StagedClip} from "./stage";
-import {staged} from "./stage_room";
+import {noClip, stagedInput} from "./staged";
+import {StateRoom} from "./state_room";
 import {StateTools} from "./state_tools";
-import type {Room, Studio} from "./studio";
+import type {Studio} from "./studio";
 import {Timeline, type TimedSnippet} from "./timeline";
 
 /** Rest after which a draft is worked out in full, milliseconds. */
@@ -38,16 +39,16 @@ function mean(report: StyleReport, of: (n: number) => number | null | undefined)
   return weight > 0 ? sum / weight : null;
 }
 
-export class EffortRoom implements Room {
+export class EffortRoom extends StateRoom<EffortState> {
   readonly id = "effort";
   readonly title = "Effort";
-  private readonly stage = new Stage();
+  protected readonly stage = new Stage();
   private readonly graph = new EffortGraph();
   private readonly timeline = new Timeline(n => this.choose(n));
   private readonly overTime = new LineChart(x => this.stage.player.seek(x), 1100);
   private readonly cautions = el("ul", {class: "cautions", "aria-live": "polite"});
   private readonly quality = el("p", {class: "quality"});
-  private readonly tools: StateTools<EffortState>;
+  protected readonly tools: StateTools<EffortState>;
   private readonly styling = new Latest<Task>(task => this.style(task));
   private readonly measuring = new Latest<EffortState>(state => this.studio.attempt(() => this.drawOverTime(state)));
   private readonly choosing = new Latest<EffortState>(state => this.showSnippet(state));
@@ -65,6 +66,7 @@ export class EffortRoom implements Room {
   private timer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(private readonly studio: Studio) {
+    super();
     this.tools = new StateTools<EffortState>(studio, {
       schema: "laban.effort-room/1",
       verb: "laban apply",
@@ -82,7 +84,7 @@ export class EffortRoom implements Room {
   async enter(host: HTMLElement): Promise<void> {
     const {clip} = this.studio;
     if (clip === null) {
-      host.append(el("p", {class: "hint"}, "Drop a clip (.bvh, .glb, .amc with its .asf) anywhere on the page."));
+      host.append(noClip());
       return;
     }
     if (clip.id !== this.clip?.id) await this.openClip(clip);
@@ -96,25 +98,9 @@ export class EffortRoom implements Room {
     this.stage.draw();
   }
 
-  leave(): void {
-    this.stage.player.pause();
-  }
-
-  key(event: KeyboardEvent): boolean {
-    if (this.tools.key(event)) return true;
-    return !event.ctrlKey && !event.metaKey && this.stage.key(event);
-  }
-
-  async open(state: unknown): Promise<boolean> {
-    return this.tools.open(state);
-  }
-
   private async openClip(clip: ClipInfo): Promise<void> {
-    const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
     const opened = await postJson<OpenedEffort>("/api/effort/open", {clip: clip.id});
-    const input = await staged(`input: ${clip.name}`, clip, motion);
-    // A character is in one pane at a time: the output has its own.
-    const outputCharacter = (await staged("", clip, motion)).character ?? null;
+    const {input, outputCharacter} = await stagedInput(clip);
     if (clip !== this.studio.clip) return;
     [this.clip, this.opened, this.input, this.outputCharacter] = [clip, opened, input, outputCharacter];
     this.output = this.report = this.selected = this.inputOverTime = null;

@@ -1,5 +1,5 @@
 // The loop room: where a clip can turn back, where its end can flow into its beginning, and the loop itself.
-import {getMotion, postJson, postMotion, type ClipInfo} from "./api";
+import {postJson, postMotion, type ClipInfo} from "./api";
 import type {Character} from "./character";
 import {button, el} from "./dom";
 import {Fields, type Field} from "./fields";
@@ -9,9 +9,10 @@ import type {Motion} from "./motion";
 import {playedAgain} from "./rounds";
 import {SeamPicture, type Seam} from "./seam_picture";
 import {Stage, type StagedClip} from "./stage";
-import {staged} from "./stage_room";
+import {noClip, stagedInput} from "./staged";
+import {StateRoom} from "./state_room";
 import {StateTools} from "./state_tools";
-import type {Room, Studio} from "./studio";
+import type {Studio} from "./studio";
 
 /** What the loop room is set to; `laban loop synthesize --state` takes it as a file. */
 interface LoopState {
@@ -54,16 +55,16 @@ interface LoopReport {
 /** Rounds of a seamless loop that play before the first one comes again. */
 const ROUNDS = 4;
 
-export class LoopRoom implements Room {
+export class LoopRoom extends StateRoom<LoopState> {
   readonly id = "loop";
   readonly title = "Loop";
-  private readonly stage = new Stage();
+  protected readonly stage = new Stage();
   private readonly symmetry = new LineChart(seconds => this.seekSource(seconds), 1100);
   private readonly points = el("div", {class: "bar points", role: "group", "aria-label": "Turning points"});
   private readonly seams = el("div", {class: "bar", role: "group", "aria-label": "Seams"});
   private readonly picture = new SeamPicture(frame => this.seekSeam(frame));
   private readonly told = el("p", {class: "quality", "aria-live": "polite"});
-  private readonly tools: StateTools<LoopState>;
+  protected readonly tools: StateTools<LoopState>;
   private readonly fields: Field<LoopState>[];
   private readonly making = new Latest<LoopState>(state => this.studio.attempt(() => this.make(state)));
   private readonly turning = new Latest<LoopState>(state => this.studio.attempt(() => this.findTurns(state)));
@@ -76,6 +77,7 @@ export class LoopRoom implements Room {
   private chosen = 0;
 
   constructor(private readonly studio: Studio) {
+    super();
     this.tools = new StateTools<LoopState>(studio, {
       schema: "laban.loop-room/1",
       verb: "laban loop synthesize",
@@ -91,7 +93,7 @@ export class LoopRoom implements Room {
   async enter(host: HTMLElement): Promise<void> {
     const {clip} = this.studio;
     if (clip === null) {
-      host.append(el("p", {class: "hint"}, "Drop a clip (.bvh, .glb, .amc with its .asf) anywhere on the page."));
+      host.append(noClip());
       return;
     }
     host.append(el("div", {class: "room effort-room loop-room"},
@@ -105,25 +107,9 @@ export class LoopRoom implements Room {
     this.stage.draw();
   }
 
-  leave(): void {
-    this.stage.player.pause();
-  }
-
-  key(event: KeyboardEvent): boolean {
-    if (this.tools.key(event)) return true;
-    return !event.ctrlKey && !event.metaKey && this.stage.key(event);
-  }
-
-  async open(state: unknown): Promise<boolean> {
-    return this.tools.open(state);
-  }
-
   private async openClip(clip: ClipInfo): Promise<void> {
-    const motion = await getMotion(`/api/clips/motion?clip=${clip.id}`);
     const {state} = await postJson<{state: LoopState}>("/api/loop/open", {clip: clip.id});
-    const input = await staged(`input: ${clip.name}`, clip, motion);
-    // A character is in one pane at a time: the output has its own.
-    const outputCharacter = (await staged("", clip, motion)).character ?? null;
+    const {input, outputCharacter} = await stagedInput(clip);
     if (clip !== this.studio.clip) return;
     [this.clip, this.input, this.outputCharacter] = [clip, input, outputCharacter];
     this.output = this.report = null;

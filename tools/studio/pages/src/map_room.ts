@@ -2,13 +2,15 @@
 import {getJson, getMotion, postJson, postMotion, type ClipInfo} from "./api";
 import {button, el} from "./dom";
 import {Fields, type Field} from "./fields";
+import {messageOf} from "./files";
 import {Latest} from "./latest";
 import type {Motion} from "./motion";
 import {PoseMap, type MapInfo, type Point} from "./pose_map";
 import {Stage, type StagedClip} from "./stage";
-import {staged} from "./stage_room";
+import {staged} from "./staged";
+import {StateRoom} from "./state_room";
 import {StateTools} from "./state_tools";
-import type {Room, Studio} from "./studio";
+import type {Studio} from "./studio";
 import {onTheme} from "./theme";
 
 interface MapPoint {
@@ -37,11 +39,11 @@ const point = ([column, row]: Point, key: string | null = null): MapPoint => ({c
 /** CLIP:FRAME without the folders. */
 const named = (key: string) => key.replace(/.*\//, "");
 
-export class MapRoom implements Room {
+export class MapRoom extends StateRoom<MapState> {
   readonly id = "map";
   readonly title = "Map";
-  private readonly stage = new Stage();
-  private readonly tools: StateTools<MapState>;
+  protected readonly stage = new Stage();
+  protected readonly tools: StateTools<MapState>;
   private readonly fields: Field<MapState>[];
   private readonly frames: HTMLInputElement;
   private readonly list = el("ol", {class: "points", "aria-label": "Points of the path"});
@@ -60,6 +62,7 @@ export class MapRoom implements Room {
   private playsNext = false;
 
   constructor(private readonly studio: Studio) {
+    super();
     this.tools = new StateTools<MapState>(studio, {
       schema: "laban.map-room/1",
       verb: "laban manifold synthesize",
@@ -103,18 +106,9 @@ export class MapRoom implements Room {
     this.stage.draw();
   }
 
-  leave(): void {
-    this.stage.player.pause();
-  }
-
-  key(event: KeyboardEvent): boolean {
-    if (this.tools.key(event)) return true;
+  override key(event: KeyboardEvent): boolean {
     if (event.key === " ") this.showMotion();
-    return !event.ctrlKey && !event.metaKey && this.stage.key(event);
-  }
-
-  async open(state: unknown): Promise<boolean> {
-    return this.tools.open(state);
+    return super.key(event);
   }
 
   private async openMap(): Promise<void> {
@@ -228,7 +222,7 @@ export class MapRoom implements Room {
       const pose = await postMotion("/api/map/pose", {point: at});
       if (this.rest !== null) this.showClips(pose, `pose at ${at.map(value => value.toFixed(1)).join(", ")}, primitive ${String(pose.header["primitive"])}`);
     } catch (error) {
-      this.studio.tell(error instanceof Error ? error.message : String(error));
+      this.studio.tell(messageOf(error));
     }
   }
 

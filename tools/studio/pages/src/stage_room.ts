@@ -1,20 +1,9 @@
 // A clip on the stage, as captured; no model is needed.
-import {getMotion, getBytes, type ClipInfo} from "./api";
-import {Character} from "./character";
+import {getMotion} from "./api";
 import {el} from "./dom";
-import type {Motion} from "./motion";
-import {Stage, type StagedClip} from "./stage";
+import {Stage} from "./stage";
+import {staged} from "./staged";
 import type {Room, Studio} from "./studio";
-
-/** A motion of a clip for the stage, with the clip's character if it has one that can be shown. */
-export async function staged(label: string, clip: ClipInfo, motion: Motion): Promise<StagedClip> {
-  if (!clip.has_mesh) return {label, motion};
-  try {
-    return {label, motion, character: await Character.load(await getBytes(`/api/clips/mesh?clip=${clip.id}`), motion)};
-  } catch (error) {
-    return {label: `${label} (no character: ${error instanceof Error ? error.message : String(error)})`, motion};
-  }
-}
 
 export class StageRoom implements Room {
   readonly id = "stage";

@@ -6,8 +6,9 @@ import {jointName, type HeldJoint, type Place} from "./joint_handles";
 import {Latest} from "./latest";
 import {joined, Pose, type Motion} from "./motion";
 import {Stage} from "./stage";
+import {StateRoom} from "./state_room";
 import {StateTools} from "./state_tools";
-import type {Room, Studio} from "./studio";
+import type {Studio} from "./studio";
 import {TextonGraph, type Transition} from "./texton_graph";
 import {TextonLine} from "./texton_line";
 import {TextonMatrix} from "./texton_matrix";
@@ -85,11 +86,11 @@ function keepPinnable(blocks: Block[]): void {
   });
 }
 
-export class TextureRoom implements Room {
+export class TextureRoom extends StateRoom<TextureState> {
   readonly id = "texture";
   readonly title = "Texture";
-  private readonly stage = new Stage({parts: JOINTS, hold: part => this.hold(part)});
-  private readonly tools: StateTools<TextureState>;
+  protected readonly stage = new Stage({parts: JOINTS, hold: part => this.hold(part)});
+  protected readonly tools: StateTools<TextureState>;
   private readonly line: TextonLine;
   private readonly fields: Field<TextureState>[];
   private readonly told = el("p", {class: "quality", "aria-live": "polite"});
@@ -114,6 +115,7 @@ export class TextureRoom implements Room {
   private walk: {pieces: Motion[]; next: number; asking: boolean} | null = null;
 
   constructor(private readonly studio: Studio) {
+    super();
     this.tools = new StateTools<TextureState>(studio, {
       schema: "laban.texture-room/1",
       verb: "laban texture synthesize",
@@ -167,19 +169,6 @@ export class TextureRoom implements Room {
                button("Find", "Find the cheapest path of transitions", () => void this.findPath())),
             this.found, this.all))));
     this.stage.draw();
-  }
-
-  leave(): void {
-    this.stage.player.pause();
-  }
-
-  key(event: KeyboardEvent): boolean {
-    if (this.tools.key(event)) return true;
-    return !event.ctrlKey && !event.metaKey && this.stage.key(event);
-  }
-
-  async open(state: unknown): Promise<boolean> {
-    return this.tools.open(state);
   }
 
   private async openTexture(): Promise<void> {
