@@ -127,19 +127,25 @@ TEST_F(LoopStateCli, MakesWhatTheSameOptionsMake) {
   json endless = seamless();
   endless.update({{"input", kBow},
                   {"kind", "endless"},
-                  {"seconds", 6.5},
+                  {"seconds", 12},
                   {"in_place", false},
-                  {"seams", false},
-                  {"seam_count", 3},
+                  {"seam_count", 1},
                   {"probability_step", 0.5},
                   {"foot_fix", false},
                   {"seed", 4}});
-  endless["turning"].update({{"distance", "l2"}, {"threshold", 0.8}, {"window_s", 0.4}});
-  expect_same(endless, kBow +
-                           " --seconds 6.5 --no-seams --seam-count 3 --probability-step 0.5 "
-                           "--no-foot-fix --seed 4 --texton-frames 100 --overlap 30 "
-                           "--blend-frames 12 --seam-metric gradient --no-poisson --distance l2 "
-                           "--threshold 0.8 --window 0.4");
+  endless["seam"]["texton_frames"] = 60;
+  endless["turning"].update(
+      {{"distance", "l2"}, {"threshold", 0.8}, {"window_s", 1.5}, {"falloff", 3}});
+  const std::string options =
+      kBow +
+      " --seconds 12 --seam-count 1 --probability-step 0.5 --no-foot-fix --seed 4 "
+      "--texton-frames 60 --overlap 30 --blend-frames 12 --seam-metric gradient --no-poisson "
+      "--distance l2 --threshold 0.8 --window 1.5 --falloff 3";
+  expect_same(endless, options);
+  endless["seams"] = false;
+  expect_same(endless, options + " --no-seams");
+  endless.update({{"seams", true}, {"turns", false}});
+  expect_same(endless, options + " --no-turns");
 }
 
 TEST_F(LoopStateCli, AnInputStandsAboveTheStates) {
