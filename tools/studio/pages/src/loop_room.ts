@@ -80,6 +80,7 @@ export class LoopRoom implements Room {
       schema: "laban.loop-room/1",
       verb: "laban loop synthesize",
       changed: state => this.changed(state),
+      checked: "/api/loop/state",
       exported: {path: "/api/loop/export", body: state => ({clip: this.clip!.id, state})},
       // The clip is the one that is open here, whatever its path was where the state was saved.
       adopted: (saved, {input}) => ({...saved, input}),

@@ -64,6 +64,7 @@ export class MapRoom implements Room {
       schema: "laban.map-room/1",
       verb: "laban manifold synthesize",
       changed: state => this.changed(state),
+      checked: "/api/map/state",
       exported: {path: "/api/map/export", body: state => ({state})},
       // The map is the one that is open here, whatever its path was where the state was saved.
       adopted: (saved, {manifold}) => ({...saved, manifold}),

@@ -118,6 +118,7 @@ export class TextureRoom implements Room {
       schema: "laban.texture-room/1",
       verb: "laban texture synthesize",
       changed: state => this.changed(state),
+      checked: "/api/texture/state",
       exported: {path: "/api/texture/export", body: state => ({state})},
       // The texture is the one that is open here, whatever its path was where the state was saved.
       adopted: (saved, {texture}) => ({...saved, texture}),
