@@ -5,7 +5,7 @@ import {readFile, writeFile} from "node:fs/promises";
 import path from "node:path";
 import {test} from "node:test";
 import {promisify} from "node:util";
-import {assertAccessible, downloaded, pixels, settled, withStudio} from "./browser.mjs";
+import {assertAccessible, downloaded, drop, pixels, settled, withStudio} from "./browser.mjs";
 
 const run = promisify(execFile);
 const {LABAN_PROGRAM: laban, LABAN_TAKE: take} = process.env;
@@ -17,7 +17,7 @@ async function enter(page) {
 }
 
 test("a loop is seen, changed, undone, and written as the verb writes it", async () => {
-  await withStudio([take], async (page, {folder}) => {
+  await withStudio([take], async (page, {folder, errors}) => {
     await enter(page);
     assert.match(await page.locator(".loop-room .quality").first().innerText(), /flows into the first/);
     assert.match(await page.locator(".seam-picture svg").getAttribute("aria-label"), /left hand switches at \d+/);
@@ -50,18 +50,33 @@ test("a loop is seen, changed, undone, and written as the verb writes it", async
       await run(laban, ["loop", "synthesize", "--state", "room.json", "-o", exported.name], {cwd: folder});
       assert.deepEqual(await readFile(path.join(folder, exported.name)), exported.bytes);
     }
+    const {seam: _, ...spoilt} = JSON.parse(state.bytes);
+    await drop(page, "spoilt.json", JSON.stringify(spoilt));
+    assert.equal(await page.locator("#trouble").innerText(), "the state has no 'seam'");
+    assert.deepEqual((await downloaded(page, () => page.getByRole("button", {name: "Save state"}).click())).bytes, state.bytes);
+    assert.ok(errors.every(error => /4\d\d/.test(error)), errors.join("; "));
+    errors.length = 0;
   });
 });
 
 test("endless motion is as long as asked, and no finding by axe is serious", async () => {
   await withStudio([take], async page => {
     await enter(page);
+    assert.ok(await page.getByLabel("Seconds", {exact: true}).isDisabled(), "a seamless loop is as long as its clip");
     await page.getByLabel("Make").selectOption("endless");
     await page.getByLabel("Seconds", {exact: true}).fill("8");
     await page.keyboard.press("Enter");
     await settled(page);
     assert.match(await page.locator(".stage .clock").innerText(), /\/ (7\.9|8\.0)\d s/);
     assert.equal(await page.getByRole("group", {name: "Seams"}).getByRole("button").count(), 3);
+    const seam = page.getByRole("button", {name: "Seam 2", exact: true});
+    await seam.focus();
+    await page.keyboard.press("Enter");
+    assert.equal(await seam.getAttribute("aria-pressed"), "true");
+    assert.ok(await seam.evaluate(button => button === document.activeElement), "the focus is lost");
+    await page.getByRole("button", {name: "Draw again"}).click();
+    await settled(page);
+    assert.equal(await page.getByLabel("Seed", {exact: true}).inputValue(), "2");
     await assertAccessible(page);
     await page.getByRole("button", {name: "Dark"}).click();
     await page.waitForTimeout(300);

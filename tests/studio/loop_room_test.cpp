@@ -102,6 +102,8 @@ TEST(LoopRoom, NamesWhatIsWrongWithAState) {
   refused([](Json& state) { state["more"] = 1; }, "'more'");
   refused([](Json& state) { state["seed"] = -1; }, "'seed'");
   EXPECT_EQ(status_of([] { (void)post("/api/loop/make", "{}"); }), 400U);
+  EXPECT_EQ(post_json("/api/loop/state", {{"state", first_state()}}), Json::object());
+  EXPECT_THROW((void)post_json("/api/loop/state", {{"state", Json::object()}}), base::Error);
   EXPECT_EQ(status_of([] { (void)post("/api/loop/open", "{\"clip\": \"c9\"}"); }), 404U);
 }
 

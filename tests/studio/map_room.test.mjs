@@ -6,7 +6,7 @@ import {tmpdir} from "node:os";
 import path from "node:path";
 import {test} from "node:test";
 import {promisify} from "node:util";
-import {assertAccessible, downloaded, pixels, settled, withStudio} from "./browser.mjs";
+import {assertAccessible, downloaded, drop, pixels, settled, withStudio} from "./browser.mjs";
 
 const run = promisify(execFile);
 const {LABAN_PROGRAM: laban, LABAN_TAKE: take} = process.env;
@@ -16,7 +16,7 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
   try {
     const map = path.join(folder, "take.manifold");
     await run(laban, ["manifold", "learn", take, "-o", map, "--size", "30", "--epochs", "10"]);
-    await withStudio([take, "--manifold", map], async (page, {folder: work}) => {
+    await withStudio([take, "--manifold", map], async (page, {folder: work, errors}) => {
       await settled(page);
       assert.match(await page.locator(".map-room .quality").innerText(), /Primitives/);
       await page.screenshot({path: "map.png"});
@@ -99,7 +99,51 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
       await settled(page);
       assert.equal(await column.inputValue(), value);
 
+      // Undo in the middle of a drag gives the drag up, and takes nothing else back.
+      await page.mouse.move(stood.x + stood.width / 2, stood.y + stood.height / 2);
+      await page.mouse.down();
+      await page.mouse.move(stood.x + 40, stood.y + 30, {steps: 3});
+      await page.keyboard.press("Control+z");
+      await page.mouse.up();
+      await settled(page);
+      assert.equal(await column.inputValue(), value);
+      assert.equal(await page.locator(".map-room li").count(), points + 1);
+
+      // Keys alone: arrows and tab in the numbers, points added and removed; the focus stays at hand.
+      const focused = () => page.evaluate(() => document.activeElement.getAttribute("aria-label") ?? document.activeElement.textContent);
+      await column.focus();
+      await page.keyboard.press("ArrowUp");
+      await page.keyboard.press("ArrowUp");
+      assert.equal(Number(await column.inputValue()), 0.5 * Math.floor(2 * Number(value)) + 1);
+      await page.waitForTimeout(1100);  // a step of the history of its own
+      await page.keyboard.press("Control+a");
+      await page.keyboard.type("99");
+      await page.keyboard.press("Tab");
+      assert.equal(await focused(), "row of point 2");
+      assert.equal(await column.inputValue(), "29");
+      await page.getByRole("button", {name: "Add a point"}).focus();
+      await page.keyboard.press("Enter");
+      assert.equal(await page.locator(".map-room li").count(), points + 2);
+      await page.getByRole("button", {name: "Remove"}).last().focus();
+      await page.keyboard.press("Enter");
+      assert.equal(await page.locator(".map-room li").count(), points + 1);
+      assert.equal(await focused(), "Remove");
+      for (let n = 0; n < 4; ++n) await page.getByRole("button", {name: "Undo"}).click();
+      await settled(page);
+      assert.equal(await column.inputValue(), value);
+      assert.match(await page.locator(".map-room li").last().innerText(), /take\.bvh:\d+/);
+
       const state = await downloaded(page, () => page.getByRole("button", {name: "Save state"}).click());
+      // A state that is wrong leaves the room as it was.
+      for (const [wrong, word] of [[{points: []}, "'points' is no list"], [{way: "walk", frames: 9}, "'frames' is of a path"], [{seed: undefined}, "has no 'seed'"]]) {
+        await drop(page, "wrong.json", JSON.stringify({...JSON.parse(state.bytes), ...wrong}));
+        assert.ok((await page.locator("#trouble").innerText()).includes(word));
+        assert.equal(await page.locator(".map-room li").count(), points + 1);
+        assert.ok(await page.getByRole("button", {name: "Redo"}).isEnabled(), "it is no step of the history");
+      }
+      assert.ok(errors.every(error => /4\d\d/.test(error)), errors.join("; "));
+      errors.length = 0;
+
       await writeFile(path.join(work, "room.json"), state.bytes);
       for (const format of ["BVH", "GLB"]) {
         const exported = await downloaded(page, () => page.getByRole("button", {name: `Export ${format}`}).click());

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "laban/base/atomic_file.h"
+#include "laban/base/error.h"
 
 #include "../tools/program.h"
 #include "studio_client.h"
@@ -132,6 +133,9 @@ TEST_F(MapRoomTest, NamesWhatIsWrongWithARequest) {
   refused([](Json& state) { state["manifold"] = "other.manifold"; }, "--manifold other.manifold");
   for (const char* body : {"{}", "{\"point\": [1]}", "{\"point\": [1, \"2\"]}"})
     EXPECT_EQ(status_of([&] { (void)opened_->post("/api/map/pose", body); }), 400U) << body;
+  EXPECT_EQ(opened_->post_json("/api/map/state", {{"state", state()}}), Json::object());
+  EXPECT_THROW((void)opened_->post_json("/api/map/state", {{"state", Json::object()}}),
+               base::Error);
   EXPECT_EQ(status_of([] {
               (void)opened_->post_json("/api/map/place", {{"clip", "c0"}, {"frame", 100000}});
             }),

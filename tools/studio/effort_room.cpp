@@ -52,6 +52,7 @@ Routes EffortRoom::routes() {
            json_route([this](const Json& request) { return snippet(request); })},
           {"POST /api/effort/over-time",
            json_route([this](const Json& request) { return over_time(request); })},
+          {"POST /api/effort/state", state_route(cli::read_effort_state)},
           {"POST /api/effort/export", [this](const Request& request) {
              return exported(parsed_body(request), query_value(request, "format"));
            }}};

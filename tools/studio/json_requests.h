@@ -29,4 +29,14 @@ using Json = nlohmann::ordered_json;
 /// A route from the JSON of the body to that of the answer.
 [[nodiscard]] Handler json_route(std::function<Json(const Json&)> answer);
 
+/// A route that only reads the "state" of the body, and refuses what the room's verb would.
+/// @param read  of the state and its name in messages.
+template <typename Read>
+[[nodiscard]] Handler state_route(Read read) {
+  return json_route([read](const Json& request) {
+    static_cast<void>(read(at(request, "state"), "the state"));
+    return Json::object();
+  });
+}
+
 }  // namespace laban::studio

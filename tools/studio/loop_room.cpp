@@ -11,6 +11,7 @@ Routes LoopRoom::routes() {
       {"POST /api/loop/turns", json_route([this](const Json& request) { return turns(request); })},
       {"POST /api/loop/make",
        [this](const Request& request) { return made(parsed_body(request)); }},
+      {"POST /api/loop/state", state_route(cli::read_loop_state)},
       {"POST /api/loop/export", [this](const Request& request) {
          return exported(parsed_body(request), query_value(request, "format"));
        }}};

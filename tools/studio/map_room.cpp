@@ -92,6 +92,7 @@ Routes MapRoom::routes() {
       {"POST /api/map/place", json_route([this](const Json& request) { return place(request); })},
       {"POST /api/map/pose", [this](const Request& request) { return pose(parsed_body(request)); }},
       {"POST /api/map/make", [this](const Request& request) { return made(parsed_body(request)); }},
+      {"POST /api/map/state", state_route(cli::read_map_state)},
       {"POST /api/map/export", [this](const Request& request) {
          return exported(parsed_body(request), query_value(request, "format"));
        }}};

@@ -59,6 +59,7 @@ Routes TextureRoom::routes() {
        [this](const Request& request) { return made(parsed_body(request)); }},
       {"POST /api/texture/walk",
        [this](const Request& request) { return walk(parsed_body(request)); }},
+      {"POST /api/texture/state", state_route(cli::read_texture_state)},
       {"POST /api/texture/export", [this](const Request& request) {
          return exported(parsed_body(request), query_value(request, "format"));
        }}};

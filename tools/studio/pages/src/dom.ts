@@ -52,6 +52,14 @@ export function checkbox(label: string, checked: boolean,
   return {root: el("label", {class: "check"}, input, label), input};
 }
 
+/** Puts other children in; the focus stays at its place among what can have it, or goes to the last. */
+export function refill(root: HTMLElement, ...children: Child[]): void {
+  const reachable = () => [...root.querySelectorAll<HTMLElement>("button:enabled, input:enabled, select:enabled")];
+  const at = reachable().indexOf(document.activeElement as HTMLElement);
+  root.replaceChildren(...children.filter(child => child !== null && child !== undefined));
+  if (at >= 0) reachable().slice(0, at + 1).at(-1)?.focus();
+}
+
 /** Saves bytes as a file of that name. */
 export function download(name: string, content: Blob): void {
   const url = URL.createObjectURL(content);

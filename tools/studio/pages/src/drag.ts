@@ -3,7 +3,7 @@
 export interface Drag {
   moved: (event: PointerEvent) => void;
   dropped: (event: PointerEvent) => void;
-  /** Escape was pressed, or the pointer is gone: what was is put back. */
+  /** Escape or undo was pressed, or the pointer is gone: what was is put back. */
   givenUp: () => void;
 }
 
@@ -27,7 +27,8 @@ export function follow(holder: Element, begun: PointerEvent, drag: Drag): void {
   on("pointercancel", giveUp);
   on("lostpointercapture", giveUp);
   document.addEventListener("keydown", event => {
-    if (event.key !== "Escape") return;
+    const undo = (event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z";
+    if (event.key !== "Escape" && !undo) return;
     event.preventDefault();
     event.stopPropagation();
     giveUp();

@@ -71,6 +71,7 @@ export class EffortRoom extends StateRoom<EffortState> {
       schema: "laban.effort-room/1",
       verb: "laban apply",
       changed: state => this.changed(state),
+      checked: "/api/effort/state",
       exported: {path: "/api/effort/export", body: state => ({clip: this.clip!.id, state})},
       // The clip is the one that is open here, whatever its path was where the state was saved.
       adopted: (saved, {input}) => ({...saved, input}),

@@ -6,6 +6,15 @@ export interface Field<State> {
   show: (state: State) => void;
 }
 
+/** A field that can be set only where it means something. */
+export function onlyIf<State>(means: (state: State) => boolean, field: Field<State>): Field<State> {
+  const inputs = field.root.querySelectorAll<HTMLInputElement | HTMLSelectElement | HTMLButtonElement>("input, select, button");
+  return {root: field.root, show: state => {
+    field.show(state);
+    for (const input of inputs) input.disabled = !means(state);
+  }};
+}
+
 /**
  * Makes the fields of a state; what they change goes through `change` with a name that joins fast changes of one kind,
  * and while a slider is moved through `tried`.

@@ -1,8 +1,8 @@
 // The loop room: where a clip can turn back, where its end can flow into its beginning, and the loop itself.
 import {postJson, postMotion, type ClipInfo} from "./api";
 import type {Character} from "./character";
-import {button, el} from "./dom";
-import {Fields, type Field} from "./fields";
+import {button, el, refill} from "./dom";
+import {Fields, onlyIf, type Field} from "./fields";
 import {Latest} from "./latest";
 import {LineChart} from "./line_chart";
 import type {Motion} from "./motion";
@@ -82,6 +82,7 @@ export class LoopRoom extends StateRoom<LoopState> {
       schema: "laban.loop-room/1",
       verb: "laban loop synthesize",
       changed: state => this.changed(state),
+      checked: "/api/loop/state",
       exported: {path: "/api/loop/export", body: state => ({clip: this.clip!.id, state})},
       // The clip is the one that is open here, whatever its path was where the state was saved.
       adopted: (saved, {input}) => ({...saved, input}),
@@ -154,7 +155,7 @@ export class LoopRoom extends StateRoom<LoopState> {
 
   private showSeams(report: LoopReport): void {
     this.picture.root.hidden = report.seams.length === 0;
-    this.seams.replaceChildren(...report.seams.length < 2 ? [] : report.seams.map((_, n) => {
+    refill(this.seams, ...report.seams.length < 2 ? [] : report.seams.map((_, n) => {
       const choose = button(`Seam ${n + 1}`, `Show seam ${n + 1}`, () => {
         this.chosen = n;
         this.showSeams(report);
@@ -221,17 +222,18 @@ export class LoopRoom extends StateRoom<LoopState> {
 
   private makeFields(): Field<LoopState>[] {
     const fields = new Fields<LoopState>((edit, kind) => this.tools.change(edit, kind));
+    const endless = (field: Field<LoopState>) => onlyIf(state => state.kind === "endless", field);
     const seed = fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value);
-    seed.root.append(button("Draw again", "The next seed", () => this.tools.change(state => state.seed = (state.seed + 1) % 1000001)));
+    const again = button("Draw again", "The next seed", () => this.tools.change(state => state.seed = (state.seed + 1) % 1000001));
     return [
       fields.choice("Make", [["seamless", "one seamless loop"], ["endless", "endless motion"]], state => state.kind,
              (state, value) => state.kind = value as LoopState["kind"]),
-      fields.number("Seconds", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value),
+      endless(fields.number("Seconds", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value)),
       fields.flag("In place", state => state.in_place, (state, on) => state.in_place = on),
-      fields.flag("Turn back at turning points", state => state.turns, (state, on) => state.turns = on),
-      fields.flag("Leap through seams", state => state.seams, (state, on) => state.seams = on),
+      endless(fields.flag("Turn back at turning points", state => state.turns, (state, on) => state.turns = on)),
+      endless(fields.flag("Leap through seams", state => state.seams, (state, on) => state.seams = on)),
       fields.flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
-      seed,
+      endless({root: el("span", {class: "bar"}, seed.root, again), show: seed.show}),
       fields.number("Overlap, frames", [4, 100, 1], state => state.seam.overlap, (state, value) => {
         state.seam.overlap = value;
         state.seam.blend_frames = Math.min(state.seam.blend_frames, state.seam.overlap);

@@ -1,6 +1,6 @@
 // The studio: rooms behind tabs, files dropped anywhere.
 import {getJson, sendFile, type ClipInfo, type Overview} from "./api";
-import {el, select, button} from "./dom";
+import {button, el, refill, select} from "./dom";
 import {EffortRoom} from "./effort_room";
 import {LabelRoom} from "./label_room";
 import {messageOf, parsedFile} from "./files";
@@ -81,7 +81,7 @@ class Shell implements Studio {
       void this.enter(this.room!);
     });
     const other = theme() === "dark" ? "light" : "dark";
-    this.head.replaceChildren(el("h1", {}, "laban"), el("nav", {"aria-label": "Rooms"}, ...tabs),
+    refill(this.head, el("h1", {}, "laban"), el("nav", {"aria-label": "Rooms"}, ...tabs),
       ...(this.clips.length === 0 ? [] : [clips.root]),
       el("span", {class: "spacer"}),
       button(other === "dark" ? "Dark" : "Light", `Show the pages ${other}`, () => {

@@ -1,10 +1,11 @@
 // The map room: poses under the pointer, motion along a path that is drawn, walks over primitives.
 import {getJson, getMotion, postJson, postMotion, type ClipInfo} from "./api";
 import {button, el} from "./dom";
-import {Fields, type Field} from "./fields";
+import {Fields, onlyIf, type Field} from "./fields";
 import {messageOf} from "./files";
 import {Latest} from "./latest";
 import type {Motion} from "./motion";
+import {named, PointList, type MapPoint} from "./point_list";
 import {PoseMap, type MapInfo, type Point} from "./pose_map";
 import {Stage, type StagedClip} from "./stage";
 import {staged} from "./staged";
@@ -12,13 +13,6 @@ import {StateRoom} from "./state_room";
 import {StateTools} from "./state_tools";
 import type {Studio} from "./studio";
 import {onTheme} from "./theme";
-
-interface MapPoint {
-  column: number;
-  row: number;
-  /** The pose that it was pinned by. */
-  key: string | null;
-}
 
 /** What the map room is set to; `laban manifold synthesize --state` takes it as a file. */
 interface MapState {
@@ -36,23 +30,19 @@ interface MapState {
 
 const point = ([column, row]: Point, key: string | null = null): MapPoint => ({column, row, key});
 
-/** CLIP:FRAME without the folders. */
-const named = (key: string) => key.replace(/.*\//, "");
-
 export class MapRoom extends StateRoom<MapState> {
   readonly id = "map";
   readonly title = "Map";
   protected readonly stage = new Stage();
   protected readonly tools: StateTools<MapState>;
   private readonly fields: Field<MapState>[];
-  private readonly frames: HTMLInputElement;
-  private readonly list = el("ol", {class: "points", "aria-label": "Points of the path"});
   private readonly told = el("p", {class: "quality", "aria-live": "polite"});
   private readonly placed = el("p", {class: "legend placed", "aria-live": "polite"});
   private readonly pin = button("Pin this frame", "Puts the clip's present frame on the map, as the path's next point", () => void this.pinFrame());
   private readonly making = new Latest<MapState>(state => this.studio.attempt(() => this.make(state)));
   private readonly posing = new Latest<Point>(at => this.pose(at));
   private map: PoseMap | null = null;
+  private list: PointList | null = null;
   private clip: ClipInfo | null = null;
   private input: StagedClip | null = null;
   private output: Motion | null = null;
@@ -67,20 +57,20 @@ export class MapRoom extends StateRoom<MapState> {
       schema: "laban.map-room/1",
       verb: "laban manifold synthesize",
       changed: state => this.changed(state),
+      checked: "/api/map/state",
       exported: {path: "/api/map/export", body: state => ({state})},
       // The map is the one that is open here, whatever its path was where the state was saved.
       adopted: (saved, {manifold}) => ({...saved, manifold}),
     });
     const fields = new Fields<MapState>((edit, kind) => this.tools.change(edit, kind));
-    const frames = fields.number<number | null>("Frames", [1, 100000, 1], state => state.frames, (state, value) => state.frames = value, null);
-    this.frames = frames.root.querySelector("input")!;
+    const [goes, walks] = (["path", "walk"] as const).map(way => (state: MapState) => state.way === way);
     this.fields = [
       fields.choice("Make", [["path", "a motion through the points"], ["walk", "a walk from the first point"]], state => state.way,
                     (state, value) => this.goBy(state, value as MapState["way"])),
-      frames,
-      fields.number("Seconds of walk", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value),
-      fields.number("Perturb", [0, 10, 0.05], state => state.perturb, (state, value) => state.perturb = value),
-      fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value),
+      onlyIf(goes, fields.number<number | null>("Frames", [1, 100000, 1], state => state.frames, (state, value) => state.frames = value, null)),
+      onlyIf(walks, fields.number("Seconds of walk", [0.5, 600, 0.5], state => state.seconds, (state, value) => state.seconds = value)),
+      onlyIf(walks, fields.number("Perturb", [0, 10, 0.05], state => state.perturb, (state, value) => state.perturb = value)),
+      onlyIf(walks, fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value)),
       fields.choice("Travel", [["contacts", "from feet that stand"], ["primitives", "as captured"], ["none", "none"]], state => state.travel,
                     (state, value) => state.travel = value as MapState["travel"]),
       fields.flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
@@ -101,8 +91,9 @@ export class MapRoom extends StateRoom<MapState> {
          this.map!.key,
          this.told, this.placed,
          el("section", {class: "options", "aria-label": "Motion"}, ...this.fields.map(field => field.root), this.pin,
+            button("Add a point", "Puts the path's next point in the middle of the map; its numbers move it", () => this.addPoint()),
             button("Clear", "Keeps the first point alone", () => this.tools.change(state => state.points.length = 1))),
-         this.list)));
+         this.list!.root)));
     this.stage.draw();
   }
 
@@ -121,6 +112,10 @@ export class MapRoom extends StateRoom<MapState> {
         this.tools.change(state => state.points[n] = point(to));
       },
     });
+    this.list = new PointList(this.map.most, {
+      set: (n, axis, value) => this.tools.change(state => state.points[n] = {...state.points[n], [axis]: value, key: null}, `${axis} ${n}`),
+      removed: n => this.tools.change(state => state.points.splice(n, 1)),
+    });
     this.tools.begin(told.state);
   }
 
@@ -137,9 +132,8 @@ export class MapRoom extends StateRoom<MapState> {
 
   private changed(state: MapState): void {
     for (const field of this.fields) field.show(state);
-    this.frames.disabled = state.way === "walk";
     this.map!.showWaypoints(state.points.map(({column, row}) => [column, row]));
-    this.showList(state);
+    this.list!.show(state.points);
     this.making.ask(state);
   }
 
@@ -160,6 +154,14 @@ export class MapRoom extends StateRoom<MapState> {
       if (points.length > 1) state.points = points.map(at => point(at));
       else if (walked) state.points = [point(points[0])];
       else state.points.push(point(points[0]));
+    });
+  }
+
+  private addPoint(): void {
+    const {column, row} = this.map!.most;
+    this.tools.change(state => {
+      this.goBy(state, "path");
+      state.points.push(point([column / 2, row / 2]));
     });
   }
 
@@ -185,7 +187,7 @@ export class MapRoom extends StateRoom<MapState> {
     this.map!.showMotion(path, header["cuts"] as number[]);
     if (this.rest === null) this.showClips(made, "motion");
     const jumps = header["jumps"] as number;
-    this.told.textContent = `${made.frames} frames, ${(made.frames / made.rate).toFixed(1)} s.` +
+    this.told.textContent = `${made.frames} frame${made.frames === 1 ? "" : "s"}, ${(made.frames / made.rate).toFixed(1)} s.` +
       (primitives.length === 0 ? ` Points are passed at frames ${(header["passed"] as number[]).join(", ")}.`
                                : ` Primitives ${primitives.slice(0, 30).join(" ")}${primitives.length > 30 ? " .." : ""}.`) +
       (jumps === 0 ? "" : ` ${jumps} times nothing was known to follow.`);
@@ -197,7 +199,7 @@ export class MapRoom extends StateRoom<MapState> {
   }
 
   private showClips(motion: Motion | null, label: string): void {
-    const made = motion === null ? [] : [{label, motion}];
+    const made = motion === null ? [] : [{label, motion, repeats: true}];
     this.stage.setClips(this.input === null ? made : [this.input, ...made]);
   }
 
@@ -228,24 +230,6 @@ export class MapRoom extends StateRoom<MapState> {
 
   private showRunner(time: number): void {
     const path = this.output?.header["path"] as Point[] | undefined;
-    this.map?.showRunner(path ? path[Math.min(Math.round(time * this.output!.rate), path.length - 1)] : null);
-  }
-
-  private showList(state: MapState): void {
-    const number = (n: number, axis: "column" | "row") => {
-      const most = this.map!.most[axis];
-      const input = el("input", {type: "number", step: 0.5, min: 0, max: most, "aria-label": `${axis} of point ${n + 1}`});
-      input.value = String(Math.round(100 * state.points[n][axis]) / 100);
-      input.addEventListener("change", () => {
-        const value = Number(input.value);
-        if (input.value !== "" && Number.isFinite(value)) this.tools.change(now => now.points[n] = {...now.points[n], [axis]: Math.max(0, Math.min(value, most)), key: null});
-      });
-      return input;
-    };
-    this.list.replaceChildren(...state.points.map((at, n) => {
-      const remove = button("Remove", `Remove point ${n + 1}`, () => this.tools.change(now => now.points.splice(n, 1)));
-      remove.disabled = state.points.length === 1;
-      return el("li", {}, number(n, "column"), number(n, "row"), remove, at.key === null ? null : el("span", {class: "legend", title: at.key}, named(at.key)));
-    }));
+    this.map?.showRunner(path ? path[Math.round(time * this.output!.rate) % path.length] : null);
   }
 }

@@ -13,6 +13,8 @@ export interface StagedClip {
   label: string;
   motion: Motion;
   character?: Character | null;
+  /** Begins again while a longer clip beside it plays on; otherwise its end stays. */
+  repeats?: boolean;
 }
 
 const TRAILS: Record<string, string[]> = {
@@ -164,7 +166,7 @@ export class Stage {
   private actor(clip: StagedClip, ghost: boolean): Actor {
     const {motion} = clip;
     const last = this.clips[this.clips.length - 1].motion;
-    const own = (time: number) => Math.min(time * motion.rate, motion.frames - 1);
+    const own = (time: number) => clip.repeats ? time * motion.rate % motion.frames : Math.min(time * motion.rate, motion.frames - 1);
     const paired = (time: number) => {
       const frames = last.sourceFrames!;
       const at = Math.min(time * last.rate, frames.length - 1), a = Math.floor(at), b = Math.min(a + 1, frames.length - 1);

@@ -1,5 +1,5 @@
 // What every room has above its controls: undo and redo, and its state and what it makes as files.
-import {postForFile} from "./api";
+import {postForFile, postJson} from "./api";
 import {button, download, el} from "./dom";
 import {parsedFile} from "./files";
 import {History} from "./history";
@@ -16,6 +16,8 @@ export interface StateUse<State> {
   verb: string;
   /** Called with every state that stands for good. */
   changed: (state: State) => void;
+  /** Where the server reads a state that was saved, and refuses what the verb would. */
+  checked: string;
   /** What is asked of `path` + "?format=bvh" for a file of what the room makes. */
   exported: {path: string; body: (state: State) => unknown};
   /** A saved state as one of what is open here; the state itself if left out. */
@@ -35,7 +37,7 @@ export class StateTools<State extends RoomState> {
       const [chosen] = file.files ?? [];
       file.value = "";
       if (!chosen) return;
-      if (!this.open(await parsedFile(chosen))) throw new Error(`${chosen.name}: no state of this room`);
+      if (!await this.open(await parsedFile(chosen))) throw new Error(`${chosen.name}: no state of this room`);
     }));
     this.root = el("div", {class: "bar tools", role: "toolbar", "aria-label": "State and files"},
       this.undo, this.redo,
@@ -73,11 +75,13 @@ export class StateTools<State extends RoomState> {
     return JSON.stringify(before) !== JSON.stringify(state);
   }
 
-  /** Takes a state that was saved; true if it is one of this room's. */
-  open(saved: unknown): boolean {
-    const state = saved as State;
-    if (state?.schema !== this.use.schema || this.history === null) return false;
-    this.history.push(this.use.adopted?.(state, this.state) ?? state);
+  /** Takes a state that was saved; true if it is one of this room's. @throws the server's word on one that is wrong. */
+  async open(saved: unknown): Promise<boolean> {
+    const state = saved as State, {history} = this;
+    if (state?.schema !== this.use.schema || history === null) return false;
+    const adopted = this.use.adopted?.(state, this.state) ?? state;
+    await postJson(this.use.checked, {state: adopted});
+    if (history === this.history) history.push(adopted);
     return true;
   }
 

@@ -120,6 +120,7 @@ export class TextureRoom extends StateRoom<TextureState> {
       schema: "laban.texture-room/1",
       verb: "laban texture synthesize",
       changed: state => this.changed(state),
+      checked: "/api/texture/state",
       exported: {path: "/api/texture/export", body: state => ({state})},
       // The texture is the one that is open here, whatever its path was where the state was saved.
       adopted: (saved, {texture}) => ({...saved, texture}),
@@ -138,11 +139,11 @@ export class TextureRoom extends StateRoom<TextureState> {
     });
     const fields = new Fields<TextureState>((edit, kind) => this.tools.change(edit, kind), edit => this.draft(edit));
     const seed = fields.number("Seed", [0, 1000000, 1], state => state.seed, (state, value) => state.seed = value);
-    seed.root.append(button("Draw again", "The next seed", () => this.tools.change(state => state.seed = (state.seed + 1) % 1000001)));
+    const again = el("span", {class: "bar"}, seed.root, button("Draw again", "The next seed", () => this.tools.change(state => state.seed = (state.seed + 1) % 1000001)));
     this.fields = [
       fields.range("Noise", [0, 2, 0.05], state => state.noise, (state, value) => state.noise = value),
       fields.range("Variation", [0, 1, 0.05], state => state.variation, (state, value) => state.variation = value),
-      seed,
+      {root: again, show: seed.show},
       fields.flag("Hold feet", state => state.foot_fix, (state, on) => state.foot_fix = on),
     ];
     this.stage.player.onTick(time => this.tick(time));
