@@ -84,3 +84,17 @@ export async function drop(page, name, bytes) {
   await page.dispatchEvent("body", "drop", {dataTransfer});
   await settled(page);
 }
+
+/** Presses Play. @returns frames a second, over three seconds. */
+export async function playbackRate(page) {
+  await page.getByRole("button", {name: "Play", exact: true}).click();
+  return page.evaluate(async () => {
+    const begin = performance.now();
+    let frames = 0;
+    while (performance.now() - begin < 3000) {
+      await new Promise(requestAnimationFrame);
+      ++frames;
+    }
+    return frames / 3;
+  });
+}

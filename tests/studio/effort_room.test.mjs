@@ -5,7 +5,7 @@ import {readFile, writeFile} from "node:fs/promises";
 import path from "node:path";
 import {test} from "node:test";
 import {promisify} from "node:util";
-import {assertAccessible, downloaded, drop, median, pixels, settled, withStudio} from "./browser.mjs";
+import {assertAccessible, downloaded, drop, median, pixels, playbackRate, settled, withStudio} from "./browser.mjs";
 
 const run = promisify(execFile);
 const {LABAN_PROGRAM: laban, LABAN_TAKE: take} = process.env;
@@ -231,17 +231,7 @@ test("a slider's move is on screen soon, and playing keeps up", async () => {
     console.log(`slider to pose: median ${median(moves).toFixed(0)} ms of ${moves.length} moves`);
     assert.ok(median(moves) < 1000);
 
-    const rate = await page.evaluate(async () => {
-      const play = [...document.querySelectorAll("button")].find(one => one.textContent === "Play");
-      play.click();
-      const begin = performance.now();
-      let frames = 0;
-      while (performance.now() - begin < 3000) {
-        await new Promise(requestAnimationFrame);
-        ++frames;
-      }
-      return frames / 3;
-    });
+    const rate = await playbackRate(page);
     console.log(`two clips play at ${rate.toFixed(0)} frames a second`);
     assert.ok(rate > 5);
   }, {viewport: {width: 1280, height: 720}});

@@ -6,7 +6,7 @@ import {tmpdir} from "node:os";
 import path from "node:path";
 import {test} from "node:test";
 import {promisify} from "node:util";
-import {assertAccessible, downloaded, drop, pixels, settled, withStudio} from "./browser.mjs";
+import {assertAccessible, downloaded, drop, pixels, playbackRate, settled, withStudio} from "./browser.mjs";
 
 const run = promisify(execFile);
 const {LABAN_PROGRAM: laban, LABAN_TAKE: take} = process.env;
@@ -132,6 +132,11 @@ test("poses follow the pointer, a path is drawn and played, a walk is asked for"
       await settled(page);
       assert.equal(await column.inputValue(), value);
       assert.match(await page.locator(".map-room li").last().innerText(), /take\.bvh:\d+/);
+
+      const rate = await playbackRate(page);
+      console.log(`clip and motion play beside the map at ${rate.toFixed(0)} frames a second`);
+      assert.ok(rate > 8);
+      await page.getByRole("button", {name: "Pause", exact: true}).click();
 
       const state = await downloaded(page, () => page.getByRole("button", {name: "Save state"}).click());
       // A state that is wrong leaves the room as it was.

@@ -44,7 +44,11 @@ export class PoseMap {
   private readonly motion = svg("path", {class: "motion-path"});
   private readonly sketch = svg("path", {class: "sketch"});
   private readonly waypoints = svg("g", {class: "waypoints"});
-  private readonly marker = svg("circle", {class: "runner away", r: 7});
+  // Apart from the picture, which need not be painted again as it runs.
+  private readonly marker = el("div", {class: "runner away", "aria-hidden": "true"});
+  /** From the picture's units to pixels of the root. */
+  private pixels = {scale: 1, left: 0, top: 0};
+  private runner: Point | null = null;
   private readonly scale: number;
   private readonly height: number;
 
@@ -57,8 +61,9 @@ export class PoseMap {
     this.picture = svg("svg", {
       viewBox: `0 0 ${width} ${this.height}`, role: "img",
       "aria-label": `Map of poses, ${map.columns} by ${map.rows}, ${map.primitives.length} primitives. The points of the path are listed beside it.`,
-    }, this.ground, this.clip, this.motion, this.sketch, this.waypoints, this.marker);
-    this.root = el("div", {class: "pose-map"}, this.picture);
+    }, this.ground, this.clip, this.motion, this.sketch, this.waypoints);
+    this.root = el("div", {class: "pose-map"}, this.picture, this.marker);
+    new ResizeObserver(() => this.measure()).observe(this.picture);
     this.drawGround();
     this.listen();
   }
@@ -93,10 +98,20 @@ export class PoseMap {
     }));
   }
   showRunner(point: Point | null): void {
+    this.runner = point;
     this.marker.classList.toggle("away", point === null);
     if (point === null) return;
-    const [x, y] = this.at(point);
-    this.marker.style.transform = `translate(${x}px, ${y}px)`;
+    const [x, y] = this.at(point), {scale, left, top} = this.pixels;
+    this.marker.style.transform = `translate(${left + scale * x}px, ${top + scale * y}px)`;
+  }
+
+  /** The picture is centred in an element that may be wider. */
+  private measure(): void {
+    const matrix = this.picture.getScreenCTM();
+    if (matrix === null) return;
+    const {left, top} = this.root.getBoundingClientRect();
+    this.pixels = {scale: matrix.a, left: matrix.e - left, top: matrix.f - top};
+    this.showRunner(this.runner);
   }
 
   private at([column, row]: Point): Point {
@@ -145,7 +160,6 @@ export class PoseMap {
   }
 
   private pointOf(event: PointerEvent): Point {
-    // The picture is centred in an element that may be wider.
     const {x, y} = new DOMPoint(event.clientX, event.clientY).matrixTransform(this.picture.getScreenCTM()!.inverse());
     const column = (x - EDGE) / this.scale, row = (this.height - EDGE - y) / this.scale;
     const within = (value: number, most: number) => Math.round(100 * Math.max(0, Math.min(value, most))) / 100;
