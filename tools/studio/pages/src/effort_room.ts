@@ -157,17 +157,19 @@ export class EffortRoom extends StateRoom<EffortState> {
         return this.stage.afterDrawing(() => {
           if (this.output !== output) return;
           this.showReport(state);
-          this.showDraftAlpha();
+          this.showAlpha();
         });
       }
       this.showReport(state);
+      // A draft may have been drawn after the snippet's panel was.
+      this.showAlpha();
       this.showQuality();
       this.showTimeline(state);
       this.cautions.replaceChildren(...(output.header["cautions"] as string[]).map(line => el("li", {}, line)));
     });
   }
 
-  private showDraftAlpha(): void {
+  private showAlpha(): void {
     const alpha = this.selected === null ? undefined : this.report!.snippets[this.selected].alpha;
     if (alpha !== undefined) this.panel!.showAlpha(alpha);
   }
