@@ -103,7 +103,7 @@ TEST_F(TextureRoomTest, APinnedHandIsWhereItIsWanted) {
   const auto end = static_cast<int>(before.parts[0].end);
   const int frame = end / 2;
   const auto pinned_at = [&](const Vector3d& place) {
-    state["textons"][0]["pins"] = {pin(frame, "left_hand", place)};
+    state["textons"][0]["pins"] = Json::array({pin(frame, "left_hand", place)});
     return made_of(state);
   };
   const Vector3d own = hand_in_hips(before.clip, frame);
@@ -130,7 +130,7 @@ TEST_F(TextureRoomTest, PinnedHipsMoveAndHandsAndFeetStay) {
   const auto end = static_cast<int>(before.parts[1].end);
   const int frame = (end - begin) / 2;
   const Vector3d shift(0.03, -0.05, 0.04);
-  state["textons"][1]["pins"] = {pin(frame, "hips", shift)};
+  state["textons"][1]["pins"] = Json::array({pin(frame, "hips", shift)});
   const cli::MadeTexture pinned = made_of(state);
   const int at = begin + frame;
   const Vector3d wanted = place_of(before.clip, at, kHips) + hips_rotation(before.clip, at) * shift;
@@ -169,7 +169,7 @@ TEST_F(TextureRoomTest, HeadAndElbowGoWhereTheyArePinned) {
 TEST_F(TextureRoomTest, PinsOfADrawnPathGiveWhatTheVerbMakes) {
   Json state = TextureRoomTest::state();
   (void)made(state);
-  state["textons"][0]["pins"] = {pin(30, "left_hand", {0.3, 0.3, 0.3})};
+  state["textons"][0]["pins"] = Json::array({pin(30, "left_hand", {0.3, 0.3, 0.3})});
   const auto root = [](const Motion& motion) { return motion.number("root", 3 * 31); };
   const Motion pinned(made(state).body);
   const Motion draft(
