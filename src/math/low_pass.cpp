@@ -27,19 +27,20 @@ Biquad butterworth(double cutoff_over_rate) {
           (1.0 - std::numbers::sqrt2 * k + k * k) * norm};
 }
 
-/// One pass over every row, in place, from column `first` on by `step` (1 or -1) to the other end,
-/// from the steady state of the first column.
-void filter(const Biquad& f, Eigen::Index first, Eigen::Index step, Eigen::MatrixXd& rows) {
-  // With x = y = c for ever: s_2 = (b_2 - a_2) c and s_1 = (b_1 - a_1) c + s_2.
-  const Eigen::VectorXd second = (f.b2 - f.a2) * rows.col(first);
-  Eigen::MatrixX2d states(rows.rows(), 2);
-  states << (f.b1 - f.a1) * rows.col(first) + second, second;
-  double* __restrict const s1 = states.col(0).data();
-  double* __restrict const s2 = states.col(1).data();
-  const Eigen::Index count = rows.rows();
-  for (Eigen::Index n = 0; n < rows.cols(); ++n) {
-    double* __restrict const column = rows.col(first + n * step).data();
-    for (Eigen::Index r = 0; r < count; ++r) {
+/// Columns one after the other, `stride` numbers (of either sign) apart.
+struct Columns {
+  double* first;
+  Eigen::Index stride;
+  Eigen::Index count;
+  Eigen::Index rows;
+};
+
+/// One pass over every row, in place, from the states s1 and s2, one a row.
+[[gnu::always_inline]] inline void filter(const Biquad& f, const Columns& columns,
+                                          double* __restrict s1, double* __restrict s2) {
+  for (Eigen::Index n = 0; n < columns.count; ++n) {
+    double* __restrict const column = columns.first + n * columns.stride;
+    for (Eigen::Index r = 0; r < columns.rows; ++r) {
       const double x = column[r];
       const double y = f.b0 * x + s1[r];
       s1[r] = f.b1 * x - f.a1 * y + s2[r];
@@ -47,6 +48,32 @@ void filter(const Biquad& f, Eigen::Index first, Eigen::Index step, Eigen::Matri
       column[r] = y;
     }
   }
+}
+
+#if defined(__x86_64__)
+// Four rows at a time instead of two. Without FMA, so that every machine gives the same bytes.
+[[gnu::target("avx2")]] void filter_by_fours(const Biquad& f, const Columns& columns, double* s1,
+                                             double* s2) {
+  filter(f, columns, s1, s2);
+}
+
+bool has_fours() {
+  static const bool has = __builtin_cpu_supports("avx2") != 0;
+  return has;
+}
+#endif
+
+/// One pass over every row, in place, from column `first` on by `step` (1 or -1) to the other end,
+/// from the steady state of the first column.
+void filter(const Biquad& f, Eigen::Index first, Eigen::Index step, Eigen::MatrixXd& rows) {
+  // With x = y = c for ever: s_2 = (b_2 - a_2) c and s_1 = (b_1 - a_1) c + s_2.
+  Eigen::VectorXd second = (f.b2 - f.a2) * rows.col(first);
+  Eigen::VectorXd once = (f.b1 - f.a1) * rows.col(first) + second;
+  const Columns columns{rows.col(first).data(), step * rows.rows(), rows.cols(), rows.rows()};
+#if defined(__x86_64__)
+  if (has_fours()) return filter_by_fours(f, columns, once.data(), second.data());
+#endif
+  filter(f, columns, once.data(), second.data());
 }
 
 /// Odd reflection about both ends: 2 x_0 - x_k before, 2 x_(F-1) - x_(F-1-k) after.

@@ -24,27 +24,26 @@ constexpr std::array kCutoffsHz = {14.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.5,
 constexpr double kLocalS = 0.1;
 constexpr double kFadeS = 0.15;
 
+/// Angles, height and steps together: rows are filtered side by side.
 PoseMatrix smoothed(const PoseMatrix& pose, double cutoff_hz) {
-  const auto low_pass = [&](const MatrixXd& rows) {
-    return math::low_pass(rows, pose.frame_rate_hz, cutoff_hz);
-  };
-  PoseMatrix smooth{pose.frame_rate_hz, pose.leg_length_m, low_pass(pose.angles),
-                    low_pass(pose.height), low_pass(pose.steps)};
-  smooth.steps.col(0) = smooth.steps.col(std::min<Index>(1, smooth.steps.cols() - 1));
-  return smooth;
+  MatrixXd rows(kAngleRowCount + 4, pose.frame_count());
+  rows << pose.angles, pose.height, pose.steps;
+  const MatrixXd smooth = math::low_pass(rows, pose.frame_rate_hz, cutoff_hz);
+  PoseMatrix result{pose.frame_rate_hz, pose.leg_length_m, smooth.topRows<kAngleRowCount>(),
+                    smooth.row(kAngleRowCount), smooth.bottomRows<3>()};
+  result.steps.col(0) = result.steps.col(std::min<Index>(1, result.steps.cols() - 1));
+  return result;
 }
 
-/// (1 - share) a + share b, a share a frame.
-PoseMatrix mixed(const PoseMatrix& a, const PoseMatrix& b, const RowVectorXd& share) {
-  PoseMatrix mix = a;
+/// Moves a towards b by a share a frame.
+void move(PoseMatrix& a, const PoseMatrix& b, const RowVectorXd& share) {
   for (Index f = 0; f < share.size(); ++f) {
     if (share(f) == 0.0) continue;
-    mix.angles.col(f) += share(f) * (b.angles.col(f) - a.angles.col(f));
-    mix.height(f) += share(f) * (b.height(f) - a.height(f));
-    mix.steps.col(f) += share(f) * (b.steps.col(f) - a.steps.col(f));
+    a.angles.col(f) += share(f) * (b.angles.col(f) - a.angles.col(f));
+    a.height(f) += share(f) * (b.height(f) - a.height(f));
+    a.steps.col(f) += share(f) * (b.steps.col(f) - a.steps.col(f));
   }
-  mix.steps.col(0) = mix.steps.col(std::min<Index>(1, mix.steps.cols() - 1));
-  return mix;
+  a.steps.col(0) = a.steps.col(std::min<Index>(1, a.steps.cols() - 1));
 }
 
 /// Third differences of the rows, per second cubed; F - 3 columns.
@@ -202,7 +201,7 @@ PoseMatrix calm_locally(const PoseMatrix& pose, const RowVectorXd& most_m_s3) {
   for (std::size_t level = 1; level < ladder.size(); ++level) {
     const RowVectorXd share =
         (rung.array() - static_cast<double>(level - 1)).cwiseMax(0.0).cwiseMin(1.0);
-    result = mixed(result, ladder[level], share);
+    move(result, ladder[level], share);
   }
   return result;
 }
