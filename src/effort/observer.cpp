@@ -102,13 +102,12 @@ PartVector mass_shares() {
   return shares / shares.sum();
 }
 
-/// Positions of the parts on the standard body: 3 K x F, metres.
-Eigen::MatrixXd part_positions(const motion::PoseMatrix& pose) {
-  const Eigen::MatrixXd joints = motion::standard_joint_positions(pose);
+/// Positions of the parts, from those of the standard joints: 3 K x F, metres.
+Eigen::MatrixXd part_positions(const Eigen::MatrixXd& joints) {
   const auto joint = [&](StandardJoint which) {
     return joints.middleRows<3>(3 * motion::index_of(which));
   };
-  Eigen::MatrixXd positions(3 * kPartCount, pose.frame_count());
+  Eigen::MatrixXd positions(3 * kPartCount, joints.cols());
   for (int k = 0; k < kPartCount; ++k) {
     const Part& part = kParts[static_cast<std::size_t>(k)];
     positions.middleRows<3>(3 * k) = 0.5 * (joint(part.from) + joint(part.to));
@@ -260,25 +259,30 @@ struct Kinematics {
   Values least_speed;          ///< F, the least windowed_speed of the windows that hold the frame
 };
 
-void check(const motion::PoseMatrix& pose) {
-  if (pose.frame_count() < 1) {
+void check(Eigen::Index frames, bool finite, double rate_hz) {
+  if (frames < 1)
     throw base::Error(base::ErrorKind::kData, "observer: no frame (needs at least 1)");
-  }
-  if (!pose.angles.allFinite() || !pose.height.allFinite() || !pose.steps.allFinite()) {
+  if (!finite) {
     throw base::Error(base::ErrorKind::kData,
                       "observer: the pose matrix has values that are not finite");
   }
-  if (!(pose.frame_rate_hz > 0.0) || !std::isfinite(pose.frame_rate_hz)) {
-    throw base::Error(base::ErrorKind::kUsage, "observer: frame rate of " +
-                                                   std::to_string(pose.frame_rate_hz) +
-                                                   " Hz (must be positive and finite)");
+  if (!(rate_hz > 0.0) || !std::isfinite(rate_hz)) {
+    throw base::Error(
+        base::ErrorKind::kUsage,
+        "observer: frame rate of " + std::to_string(rate_hz) + " Hz (must be positive and finite)");
   }
 }
 
-Kinematics kinematics_of(const motion::PoseMatrix& pose) {
-  check(pose);
-  const double rate = pose.frame_rate_hz;
-  const Eigen::MatrixXd positions = part_positions(pose);
+/// Joint positions of a motion that can be measured.
+Eigen::MatrixXd checked_positions(const motion::PoseMatrix& pose) {
+  check(pose.frame_count(),
+        pose.angles.allFinite() && pose.height.allFinite() && pose.steps.allFinite(),
+        pose.frame_rate_hz);
+  return motion::standard_joint_positions(pose);
+}
+
+Kinematics kinematics_of(const Eigen::MatrixXd& joints, double rate) {
+  const Eigen::MatrixXd positions = part_positions(joints);
   const auto velocities_at = [&](const Eigen::MatrixXd& rows, double cutoff) {
     return derivative(math::low_pass(rows, rate, cutoff), rate);
   };
@@ -387,7 +391,12 @@ void fit_factor(const std::vector<std::vector<double>>& by_group, const std::vec
 }  // namespace
 
 Descriptors describe(const motion::PoseMatrix& pose) {
-  const Kinematics k = kinematics_of(pose);
+  return describe(checked_positions(pose), pose.frame_rate_hz);
+}
+
+Descriptors describe(const Eigen::MatrixXd& joint_positions, double frame_rate_hz) {
+  check(joint_positions.cols(), joint_positions.allFinite(), frame_rate_hz);
+  const Kinematics k = kinematics_of(joint_positions, frame_rate_hz);
   return describe_range(k, 0, k.body_speed.size());
 }
 
@@ -396,7 +405,7 @@ Eigen::Matrix3Xd describe_over_time(const motion::PoseMatrix& pose, double windo
     throw base::Error(base::ErrorKind::kUsage, "observer: window of " + std::to_string(window_s) +
                                                    " s (must be positive and finite)");
   }
-  const Kinematics k = kinematics_of(pose);
+  const Kinematics k = kinematics_of(checked_positions(pose), pose.frame_rate_hz);
   const Eigen::Index frames = k.body_speed.size();
   // As a double first: a long window would overflow the index.
   const double half_frames = std::round(0.5 * window_s * pose.frame_rate_hz);

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "laban/base/error.h"
@@ -135,54 +137,63 @@ RowVectorXd local_jerk_of(const PoseMatrix& pose, const std::vector<bool>& wante
   return mean_around(squares, reach).cwiseSqrt();
 }
 
-}  // namespace
-
-double rms_jerk_m_s3(const PoseMatrix& pose) {
-  if (pose.frame_count() < 4) return 0.0;
-  return rms_jerk_beside_hips(standard_joint_positions(pose), pose.frame_rate_hz);
+/// The frames that have a limit.
+std::vector<bool> limited(const RowVectorXd& most_m_s3) {
+  std::vector<bool> limits;
+  for (const double most : most_m_s3) limits.push_back(!std::isinf(most));
+  return limits;
 }
 
-RowVectorXd local_jerk_m_s3(const PoseMatrix& pose) {
-  return local_jerk_of(pose, std::vector<bool>(static_cast<std::size_t>(pose.frame_count()), true));
-}
-
-Jerk jerk_of(const PoseMatrix& pose) {
-  if (pose.frame_count() < 4) return {};
+PosedMotion posed(PoseMatrix pose) {
   MatrixXd positions = standard_joint_positions(pose);
-  const double largest =
-      mean_around(squared_jerk(positions, pose.frame_rate_hz), frames_in(pose, kLocalS)).maxCoeff();
-  return {rms_jerk_beside_hips(std::move(positions), pose.frame_rate_hz), std::sqrt(largest)};
+  return {std::move(pose), std::move(positions)};
 }
 
-PoseMatrix calm(const PoseMatrix& pose, double most_m_s3) {
-  if (rms_jerk_m_s3(pose) <= most_m_s3) return pose;
+double rms_jerk_of(const PosedMotion& motion) {
+  if (motion.pose.frame_count() < 4) return 0.0;
+  return rms_jerk_beside_hips(motion.joint_positions, motion.pose.frame_rate_hz);
+}
+
+/// Of all frames.
+RowVectorXd local_jerk_of(const PosedMotion& motion) {
+  const PoseMatrix& pose = motion.pose;
+  if (pose.frame_count() < 4) return RowVectorXd::Zero(pose.frame_count());
+  return mean_around(squared_jerk(motion.joint_positions, pose.frame_rate_hz),
+                     frames_in(pose, kLocalS))
+      .cwiseSqrt();
+}
+
+PosedMotion calm(PosedMotion motion, double most_m_s3) {
+  if (rms_jerk_of(motion) <= most_m_s3) return motion;
   // Jerk falls with the cutoff: the first that is low enough, by bisection.
+  std::optional<PosedMotion> calmest;  // at `high`, once that was tried
   std::size_t low = 0;
   std::size_t high = kCutoffsHz.size() - 1;
   while (low < high) {
     const std::size_t middle = (low + high) / 2;
-    if (rms_jerk_m_s3(smoothed(pose, kCutoffsHz[middle])) <= most_m_s3) {
+    PosedMotion tried = posed(smoothed(motion.pose, kCutoffsHz[middle]));
+    if (rms_jerk_of(tried) <= most_m_s3) {
       high = middle;
+      calmest = std::move(tried);
     } else {
       low = middle + 1;
     }
   }
-  return smoothed(pose, kCutoffsHz[low]);
+  return calmest ? std::move(*calmest) : posed(smoothed(motion.pose, kCutoffsHz[low]));
 }
 
-PoseMatrix calm_locally(const PoseMatrix& pose, const RowVectorXd& most_m_s3) {
-  if (most_m_s3.size() != pose.frame_count()) {
-    throw base::Error(base::ErrorKind::kUsage,
-                      "calm_locally: " + std::to_string(most_m_s3.size()) + " limits for " +
-                          std::to_string(pose.frame_count()) + " frames (must be one a frame)");
-  }
-  std::vector<PoseMatrix> ladder = {pose};
+/// calm_locally of a motion whose local jerk, wherever it is limited, is `jerk`; nullopt: it stays
+/// as it is.
+std::optional<PoseMatrix> calmed_locally(const PoseMatrix& pose, const RowVectorXd& most_m_s3,
+                                         RowVectorXd jerk) {
+  std::vector<PoseMatrix> ladder;  // of levels 1, 2, ..
   RowVectorXd rung = RowVectorXd::Zero(pose.frame_count());
-  std::vector<bool> too_jerky;  // what no level so far brought down
-  for (const double most : most_m_s3) too_jerky.push_back(!std::isinf(most));
+  std::vector<bool> too_jerky = limited(most_m_s3);  // what no level so far brought down
   for (std::size_t level = 0; level <= kCutoffsHz.size(); ++level) {
-    if (level > 0) ladder.push_back(smoothed(pose, kCutoffsHz[level - 1]));
-    const RowVectorXd jerk = local_jerk_of(ladder.back(), too_jerky);
+    if (level > 0) {
+      ladder.push_back(smoothed(pose, kCutoffsHz[level - 1]));
+      jerk = local_jerk_of(ladder.back(), too_jerky);
+    }
     bool any = false;
     for (Index f = 0; f < rung.size(); ++f) {
       const auto cell = static_cast<std::size_t>(f);
@@ -193,17 +204,54 @@ PoseMatrix calm_locally(const PoseMatrix& pose, const RowVectorXd& most_m_s3) {
     }
     if (!any) break;
   }
-  if (rung.isZero(0.0)) return pose;
+  if (rung.isZero(0.0)) return std::nullopt;
   const Index reach = frames_in(pose, kFadeS);
   const Index half = std::max<Index>(1, reach / 2);
   rung = mean_around(mean_around(largest_around(rung, reach), half), half);
   PoseMatrix result = pose;
-  for (std::size_t level = 1; level < ladder.size(); ++level) {
+  for (std::size_t below = 0; below < ladder.size(); ++below) {
     const RowVectorXd share =
-        (rung.array() - static_cast<double>(level - 1)).cwiseMax(0.0).cwiseMin(1.0);
-    move(result, ladder[level], share);
+        (rung.array() - static_cast<double>(below)).cwiseMax(0.0).cwiseMin(1.0);
+    move(result, ladder[below], share);
   }
   return result;
+}
+
+}  // namespace
+
+double rms_jerk_m_s3(const PoseMatrix& pose) {
+  return pose.frame_count() < 4 ? 0.0 : rms_jerk_of(posed(pose));
+}
+
+RowVectorXd local_jerk_m_s3(const PoseMatrix& pose) {
+  return pose.frame_count() < 4 ? RowVectorXd::Zero(pose.frame_count())
+                                : local_jerk_of(posed(pose));
+}
+
+Jerk jerk_of(const PoseMatrix& pose) {
+  if (pose.frame_count() < 4) return {};
+  const PosedMotion motion = posed(pose);
+  return {rms_jerk_of(motion), local_jerk_of(motion).maxCoeff()};
+}
+
+PoseMatrix calm(const PoseMatrix& pose, double most_m_s3) {
+  return calm(posed(pose), most_m_s3).pose;
+}
+
+PoseMatrix calm_locally(const PoseMatrix& pose, const RowVectorXd& most_m_s3) {
+  if (most_m_s3.size() != pose.frame_count()) {
+    throw base::Error(base::ErrorKind::kUsage,
+                      "calm_locally: " + std::to_string(most_m_s3.size()) + " limits for " +
+                          std::to_string(pose.frame_count()) + " frames (must be one a frame)");
+  }
+  return calmed_locally(pose, most_m_s3, local_jerk_of(pose, limited(most_m_s3))).value_or(pose);
+}
+
+PosedMotion calm(PoseMatrix pose, const Jerk& most) {
+  PosedMotion motion = calm(posed(std::move(pose)), most.usual_m_s3);
+  const RowVectorXd limits = RowVectorXd::Constant(motion.pose.frame_count(), most.largest_m_s3);
+  auto calmed = calmed_locally(motion.pose, limits, local_jerk_of(motion));
+  return calmed ? posed(std::move(*calmed)) : std::move(motion);
 }
 
 }  // namespace laban::motion

@@ -32,8 +32,8 @@ ChosenBlend played(PlayMemory& memory, int fragment, BlendChoice choice, double 
   const StyleModel& model = memory.model();
   PlayedChoice motion = play_choice(memory, choice, fastest_play);
   const effort::Observation measured =
-      effort::observe(effort::describe(motion.pose), model.observer,
-                      model.fragments[static_cast<std::size_t>(fragment)].content);
+      effort::observe(effort::describe(motion.joint_positions, motion.pose.frame_rate_hz),
+                      model.observer, model.fragments[static_cast<std::size_t>(fragment)].content);
   return {std::move(choice), std::move(motion), measured};
 }
 

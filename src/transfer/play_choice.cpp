@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "laban/blend/space_time_interpolation.h"
 #include "laban/motion/calm.h"
+#include "laban/motion/standard_body.h"
 
 #include "transfer/frame_times.h"
 
@@ -28,7 +30,7 @@ const motion::PoseMatrix& pose_of(const StyleModel& model, int fragment) {
 /// A fragment as it is.
 PlayedChoice play_fragment(PlayMemory& memory, int fragment) {
   const motion::PoseMatrix& pose = pose_of(memory.model(), fragment);
-  return {pose, memory.of(fragment).contacts, {{fragment, counted(pose.frame_count())}}};
+  return {pose, memory.of(fragment).contacts, {{fragment, counted(pose.frame_count())}}, {}};
 }
 
 /// What was blended so far with a further fragment.
@@ -44,6 +46,7 @@ PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const Blen
   PlayedChoice played{
       {},
       blend::blend_contacts(made, step.alpha, so_far.contacts, memory.of(step.fragment).contacts),
+      {},
       {}};
   for (const PlayedPart& part : so_far.parts)
     played.parts.push_back({part.fragment, read_at(part.frames, made.times_i)});
@@ -52,28 +55,19 @@ PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const Blen
   return played;
 }
 
-motion::Jerk jerk_of(PlayMemory& memory, std::span<const PlayedPart> parts) {
+/// The most jerk that a blend of some fragments may have: quick play and extrapolation make it of
+/// the fragments' trembling. Where a time warp changes pace a blend may jerk for a moment: there it
+/// is held to what its fragments do at most.
+motion::Jerk most_jerk(PlayMemory& memory, std::span<const PlayedPart> parts) {
+  constexpr double kMostUsual = 1.2;           // times the fragments'
+  constexpr double kMostLargest = 1.0 + 1e-9;  // the same, and round-off is no jerk
   motion::Jerk all;
   for (const PlayedPart& part : parts) {
     const motion::Jerk& own = memory.of(part.fragment).jerk;
     all.usual_m_s3 += own.usual_m_s3 / static_cast<double>(parts.size());
     all.largest_m_s3 = std::max(all.largest_m_s3, own.largest_m_s3);
   }
-  return all;
-}
-
-/// A motion without the jerks that quick play and extrapolation make of its sources' trembling.
-/// Where a time warp changes pace a blend may jerk for a moment: there it is held to what its
-/// sources do at most.
-motion::PoseMatrix calmed(const motion::PoseMatrix& pose, const motion::Jerk& sources) {
-  constexpr double kMostUsual = 1.2;           // times the sources'
-  constexpr double kMostLargest = 1.0 + 1e-9;  // the same, and round-off is no jerk
-  const motion::Jerk own = motion::jerk_of(pose);
-  const double usual = kMostUsual * sources.usual_m_s3;
-  const double largest = kMostLargest * sources.largest_m_s3;
-  if (own.usual_m_s3 <= usual && own.largest_m_s3 <= largest) return pose;
-  return motion::calm_locally(motion::calm(pose, usual),
-                              Eigen::RowVectorXd::Constant(pose.frame_count(), largest));
+  return {kMostUsual * all.usual_m_s3, kMostLargest * all.largest_m_s3};
 }
 
 }  // namespace
@@ -104,11 +98,16 @@ const BlendSearch& PlayMemory::search(int fragment, const SearchOptions& options
 
 PlayedChoice play_choice(PlayMemory& memory, const BlendChoice& choice, double fastest_play) {
   PlayedChoice played = play_fragment(memory, choice.fragment_i);
-  if (choice.is_seed()) return played;
+  if (choice.is_seed()) {
+    played.joint_positions = motion::standard_joint_positions(played.pose);
+    return played;
+  }
   played = blend_in(memory, played, {choice.fragment_j, choice.alpha}, fastest_play);
   for (const BlendStep& step : choice.further)
     played = blend_in(memory, played, step, fastest_play);
-  played.pose = calmed(played.pose, jerk_of(memory, played.parts));
+  motion::PosedMotion calm = motion::calm(std::move(played.pose), most_jerk(memory, played.parts));
+  played.pose = std::move(calm.pose);
+  played.joint_positions = std::move(calm.joint_positions);
   return played;
 }
 

@@ -39,6 +39,9 @@ struct Descriptors {
 /// Error{kUsage}
 ///         if its frame rate is not positive and finite.
 [[nodiscard]] Descriptors describe(const motion::PoseMatrix& pose);
+/// The same of a motion that is played already.
+/// @param joint_positions  motion::standard_joint_positions of it.
+[[nodiscard]] Descriptors describe(const Eigen::MatrixXd& joint_positions, double frame_rate_hz);
 
 /// The same in a window that slides over the movement: 3 x F, rows flow, weight, time as in
 /// Descriptors, a column a frame; the window is centred on the frame and cut at the clip's ends.

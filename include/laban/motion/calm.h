@@ -34,4 +34,14 @@ struct Jerk {
 /// @throws Error{kUsage} if there are not as many values as frames.
 [[nodiscard]] PoseMatrix calm_locally(const PoseMatrix& pose, const Eigen::RowVectorXd& most_m_s3);
 
+/// A motion and where it takes the joints of the standard body.
+struct PosedMotion {
+  PoseMatrix pose;
+  Eigen::MatrixXd joint_positions;  ///< standard_joint_positions of it
+};
+
+/// calm, then calm_locally with one limit for all frames: a motion with no more jerk than `most`
+/// stays as it is. Each motion on the way is played once.
+[[nodiscard]] PosedMotion calm(PoseMatrix pose, const Jerk& most);
+
 }  // namespace laban::motion

@@ -28,8 +28,9 @@ struct PlayedPart {
 /// A chosen blend as it is played.
 struct PlayedChoice {
   motion::PoseMatrix pose;
-  motion::FootContacts contacts;  ///< of the fragments, carried through the blend
-  std::vector<PlayedPart> parts;  ///< in the order of BlendChoice::shares
+  motion::FootContacts contacts;    ///< of the fragments, carried through the blend
+  std::vector<PlayedPart> parts;    ///< in the order of BlendChoice::shares
+  Eigen::MatrixXd joint_positions;  ///< motion::standard_joint_positions of `pose`
 };
 
 /// What choosing and playing blends finds out about a model's fragments, for the calls to come:
