@@ -33,16 +33,10 @@ PlayedChoice play_fragment(PlayMemory& memory, int fragment) {
   return {pose, memory.of(fragment).contacts, {{fragment, counted(pose.frame_count())}}, {}};
 }
 
-/// What was blended so far with a further fragment.
+/// What was blended so far with a further fragment; `pair` holds the two.
 PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const BlendStep& step,
-                      double fastest_play) {
-  const motion::PoseMatrix& next = pose_of(memory.model(), step.fragment);
-  const bool is_fragment = so_far.parts.size() == 1;
-  const align::TimeWarp warp =
-      align::warp_of_path(is_fragment ? memory.path(so_far.parts.front().fragment, step.fragment)
-                                      : path_between(so_far.pose, next),
-                          calm_warp(step.alpha, fastest_play));
-  blend::Blend made = blend::blend({so_far.pose, next, warp}, step.alpha);
+                      const blend::BlendPair& pair) {
+  blend::Blend made = blend::blend(pair, step.alpha);
   PlayedChoice played{
       {},
       blend::blend_contacts(made, step.alpha, so_far.contacts, memory.of(step.fragment).contacts),
@@ -53,6 +47,15 @@ PlayedChoice blend_in(PlayMemory& memory, const PlayedChoice& so_far, const Blen
   played.parts.push_back({step.fragment, std::move(made.times_j)});
   played.pose = std::move(made.pose);
   return played;
+}
+
+/// The same of a blend with a further fragment, which no memory holds.
+PlayedChoice blend_further_in(PlayMemory& memory, const PlayedChoice& so_far, const BlendStep& step,
+                              double fastest_play) {
+  const motion::PoseMatrix& next = pose_of(memory.model(), step.fragment);
+  const align::TimeWarp warp =
+      align::warp_of_path(path_between(so_far.pose, next), calm_warp(step.alpha, fastest_play));
+  return blend_in(memory, so_far, step, {so_far.pose, next, warp});
 }
 
 /// The most jerk that a blend of some fragments may have: quick play and extrapolation make it of
@@ -89,6 +92,23 @@ const std::vector<align::FramePair>& PlayMemory::path(int fragment_i, int fragme
   return path;
 }
 
+const blend::BlendPair& PlayMemory::pair(int fragment_i, int fragment_j, double alpha,
+                                         double fastest_play) {
+  const align::TimeWarpOptions warp = calm_warp(alpha, fastest_play);
+  const auto kept = std::find_if(pairs_.begin(), pairs_.end(), [&](const KeptPair& known) {
+    return known.i == fragment_i && known.j == fragment_j && known.max_slope == warp.max_slope;
+  });
+  if (kept != pairs_.end()) {
+    pairs_.splice(pairs_.begin(), pairs_, kept);
+    return kept->pair;
+  }
+  blend::BlendPair made(pose_of(*model_, fragment_i), pose_of(*model_, fragment_j),
+                        align::warp_of_path(path(fragment_i, fragment_j), warp));
+  pairs_.push_front({fragment_i, fragment_j, warp.max_slope, std::move(made)});
+  if (pairs_.size() > kKeptPairs) pairs_.pop_back();
+  return pairs_.front().pair;
+}
+
 const BlendSearch& PlayMemory::search(int fragment, const SearchOptions& options) {
   if (!searches_.empty() && searches_.begin()->second.options() != options) searches_.clear();
   const auto found = searches_.find(fragment);
@@ -102,9 +122,10 @@ PlayedChoice play_choice(PlayMemory& memory, const BlendChoice& choice, double f
     played.joint_positions = motion::standard_joint_positions(played.pose);
     return played;
   }
-  played = blend_in(memory, played, {choice.fragment_j, choice.alpha}, fastest_play);
+  played = blend_in(memory, played, {choice.fragment_j, choice.alpha},
+                    memory.pair(choice.fragment_i, choice.fragment_j, choice.alpha, fastest_play));
   for (const BlendStep& step : choice.further)
-    played = blend_in(memory, played, step, fastest_play);
+    played = blend_further_in(memory, played, step, fastest_play);
   motion::PosedMotion calm = motion::calm(std::move(played.pose), most_jerk(memory, played.parts));
   played.pose = std::move(calm.pose);
   played.joint_positions = std::move(calm.joint_positions);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <list>
 #include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "laban/align/time_warp.h"
+#include "laban/blend/space_time_interpolation.h"
 #include "laban/motion/calm.h"
 #include "laban/motion/foot_contacts.h"
 #include "laban/motion/pose_matrix.h"
@@ -48,14 +50,27 @@ class PlayMemory {
   const Known& of(int fragment);
   /// path_between two fragments.
   const std::vector<align::FramePair>& path(int fragment_i, int fragment_j);
+  /// Two fragments side by side for blends at `alpha` in which none plays faster than
+  /// `fastest_play` allows. Valid until kKeptPairs others were asked for.
+  const blend::BlendPair& pair(int fragment_i, int fragment_j, double alpha, double fastest_play);
   /// The search around a fragment. Valid until one is asked for with other options.
   const BlendSearch& search(int fragment, const SearchOptions& options);
   [[nodiscard]] const StyleModel& model() const noexcept { return *model_; }
 
  private:
+  /// Of 160 kB each: those that the tries for a target and its neighbours come back to.
+  static constexpr std::size_t kKeptPairs = 32;
+  struct KeptPair {
+    int i = 0;
+    int j = 0;
+    double max_slope = 0.0;
+    blend::BlendPair pair;
+  };
+
   const StyleModel* model_;
   std::vector<std::optional<Known>> known_;  // one a fragment
   std::map<std::pair<int, int>, std::vector<align::FramePair>> paths_;
+  std::list<KeptPair> pairs_;            // the one asked for last first
   std::map<int, BlendSearch> searches_;  // by fragment, all with the same options
 };
 
