@@ -28,7 +28,9 @@ Eigen::Matrix3Xd shift_branch(const Eigen::Ref<const Eigen::Matrix3Xd>& curve, i
   int anchor = 0;
   double farthest = -1.0;
   for (Eigen::Index f = 0; f < curve.cols(); ++f) {
-    const double distance = std::abs(std::remainder(curve.col(f).norm(), kTurn));
+    const double length = curve.col(f).norm();
+    const double distance =
+        length <= 0.5 * kTurn ? length : std::abs(std::remainder(length, kTurn));
     if (distance > farthest) {
       farthest = distance;
       anchor = static_cast<int>(f);

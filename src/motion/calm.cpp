@@ -26,15 +26,53 @@ constexpr std::array kCutoffsHz = {14.0, 12.0, 10.0, 8.0, 7.0, 6.0, 5.5,
 constexpr double kLocalS = 0.1;
 constexpr double kFadeS = 0.15;
 
-/// Angles, height and steps together: rows are filtered side by side.
-PoseMatrix smoothed(const PoseMatrix& pose, double cutoff_hz) {
-  MatrixXd rows(kAngleRowCount + 4, pose.frame_count());
-  rows << pose.angles, pose.height, pose.steps;
-  const MatrixXd smooth = math::low_pass(rows, pose.frame_rate_hz, cutoff_hz);
-  PoseMatrix result{pose.frame_rate_hz, pose.leg_length_m, smooth.topRows<kAngleRowCount>(),
-                    smooth.row(kAngleRowCount), smooth.bottomRows<3>()};
-  result.steps.col(0) = result.steps.col(std::min<Index>(1, result.steps.cols() - 1));
+/// Frames [begin, end).
+struct Range {
+  Index begin = 0;
+  Index end = 0;
+};
+
+/// The frames within `reach` of one that is wanted; ranges that meet are one.
+std::vector<Range> around(const std::vector<bool>& wanted, Index reach) {
+  const Index frames = std::ssize(wanted);
+  std::vector<Range> ranges;
+  for (Index f = 0; f < frames; ++f) {
+    if (!wanted[static_cast<std::size_t>(f)]) continue;
+    const Range own{std::max<Index>(f - reach, 0), std::min(f + reach + 1, frames)};
+    if (ranges.empty() || ranges.back().end < own.begin) {
+      ranges.push_back(own);
+    } else {
+      ranges.back().end = own.end;
+    }
+  }
+  return ranges;
+}
+
+/// The pose matrix low-passed in some ranges, and as it is beside them. Only frames near enough to
+/// count are looked at: three periods of the cutoff, after which the filter's answer is a
+/// millionth.
+PoseMatrix smoothed(const PoseMatrix& pose, double cutoff_hz, const std::vector<Range>& ranges) {
+  const Index frames = pose.frame_count();
+  const auto beside = static_cast<Index>(std::ceil(3.0 * pose.frame_rate_hz / cutoff_hz));
+  PoseMatrix result = pose;
+  for (const auto& [begin, end] : ranges) {
+    const Index from = std::max<Index>(begin - beside, 0);
+    const Index count = std::min(end + beside, frames) - from;
+    MatrixXd rows(kAngleRowCount + 4, count);
+    rows << pose.angles.middleCols(from, count), pose.height.segment(from, count),
+        pose.steps.middleCols(from, count);
+    const MatrixXd smooth =
+        math::low_pass(rows, pose.frame_rate_hz, cutoff_hz).middleCols(begin - from, end - begin);
+    result.angles.middleCols(begin, end - begin) = smooth.topRows<kAngleRowCount>();
+    result.height.segment(begin, end - begin) = smooth.row(kAngleRowCount);
+    result.steps.middleCols(begin, end - begin) = smooth.bottomRows<3>();
+  }
+  result.steps.col(0) = result.steps.col(std::min<Index>(1, frames - 1));
   return result;
+}
+
+PoseMatrix smoothed(const PoseMatrix& pose, double cutoff_hz) {
+  return smoothed(pose, cutoff_hz, {{0, pose.frame_count()}});
 }
 
 /// Moves a towards b by a share a frame.
@@ -114,26 +152,12 @@ double rms_jerk_beside_hips(MatrixXd positions, double rate_hz) {
 /// local_jerk_m_s3 of the frames that are `wanted`; what the others get means nothing. Only what
 /// these frames need is played: most of the time is spent there.
 RowVectorXd local_jerk_of(const PoseMatrix& pose, const std::vector<bool>& wanted) {
-  const Index frames = pose.frame_count();
-  RowVectorXd squares = RowVectorXd::Zero(frames);
-  if (frames < 4) return squares;
+  RowVectorXd squares = RowVectorXd::Zero(pose.frame_count());
+  if (pose.frame_count() < 4) return squares;
   const Eigen::Matrix3Xd path = planar_path(pose);
   const Index reach = frames_in(pose, kLocalS);
-  const Index beside = reach + 2;  // frames on either side whose positions count
-  for (Index f = 0; f < frames;) {
-    if (!wanted[static_cast<std::size_t>(f)]) {
-      ++f;
-      continue;
-    }
-    const Index begin = std::max<Index>(f - beside, 0);
-    Index last = f;
-    for (Index k = f; k < frames && k <= last + 2 * beside; ++k) {
-      if (wanted[static_cast<std::size_t>(k)]) last = k;
-    }
-    const Index end = std::min(last + beside + 1, frames);
+  for (const auto& [begin, end] : around(wanted, reach + 2))
     squares.segment(begin, end - begin) = squared_jerk(pose, path, begin, end);
-    f = last + 1;
-  }
   return mean_around(squares, reach).cwiseSqrt();
 }
 
@@ -189,9 +213,13 @@ std::optional<PoseMatrix> calmed_locally(const PoseMatrix& pose, const RowVector
   std::vector<PoseMatrix> ladder;  // of levels 1, 2, ..
   RowVectorXd rung = RowVectorXd::Zero(pose.frame_count());
   std::vector<bool> too_jerky = limited(most_m_s3);  // what no level so far brought down
+  // Smoothing fades in beside what is too jerky; jerk is told from there and a little farther.
+  const Index fade = frames_in(pose, kFadeS);
+  const Index half = std::max<Index>(1, fade / 2);
+  const Index needed = fade + 2 * half + frames_in(pose, kLocalS) + 2;
   for (std::size_t level = 0; level <= kCutoffsHz.size(); ++level) {
     if (level > 0) {
-      ladder.push_back(smoothed(pose, kCutoffsHz[level - 1]));
+      ladder.push_back(smoothed(pose, kCutoffsHz[level - 1], around(too_jerky, needed)));
       jerk = local_jerk_of(ladder.back(), too_jerky);
     }
     bool any = false;
@@ -205,9 +233,7 @@ std::optional<PoseMatrix> calmed_locally(const PoseMatrix& pose, const RowVector
     if (!any) break;
   }
   if (rung.isZero(0.0)) return std::nullopt;
-  const Index reach = frames_in(pose, kFadeS);
-  const Index half = std::max<Index>(1, reach / 2);
-  rung = mean_around(mean_around(largest_around(rung, reach), half), half);
+  rung = mean_around(mean_around(largest_around(rung, fade), half), half);
   PoseMatrix result = pose;
   for (std::size_t below = 0; below < ladder.size(); ++below) {
     const RowVectorXd share =

@@ -93,8 +93,8 @@ class NestedBlends {
     for (std::size_t n = 0; n < others.size(); ++n)
       z.col(static_cast<Eigen::Index>(n)) = features(made, fragment(others[n]), 0.0);
     const auto found =
-        find_blend(model_, sample_blends(model_, std::move(z), options.samples, kFurther), target_,
-                   options, reachable);
+        find_blend(model_, sample_blends(model_, std::move(z), options.samples, kFurther), {},
+                   target_, options, reachable);
     if (!found) return std::nullopt;
     return BlendStep{others[static_cast<std::size_t>(found->candidate)], found->alpha};
   }

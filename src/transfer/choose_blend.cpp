@@ -1,30 +1,23 @@
 #include "laban/transfer/choose_blend.h"
 
-#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "laban/transfer/measured_misses.h"
 
 #include "transfer/blend_search.h"
 
 namespace laban::transfer {
 namespace {
 
-/// Half: what the regressor is wrong by at the next blend is not quite the same.
-constexpr double kGain = 0.5;
-
-bool same_blend(const BlendChoice& a, const BlendChoice& b) {
-  return a.fragment_i == b.fragment_i && a.fragment_j == b.fragment_j && a.alpha == b.alpha &&
-         a.further.empty() && b.further.empty();
-}
-
-/// What to ask for, so that `target` is measured where `measured` was when `moved` was asked for.
-void move(EffortTarget& moved, const EffortTarget& target, const effort::Effort& measured) {
-  for (const effort::Factor factor : effort::kFactors) {
-    const auto f = static_cast<std::size_t>(effort::index_of(factor));
-    if (target.factors[f]) {
-      const double next = *moved.factors[f] + kGain * (*target.factors[f] - measured[factor]);
-      moved.factors[f] = std::clamp(next, effort::kEffortMin, effort::kEffortMax);
-    } else if (target.stay_near) {
-      (*moved.stay_near)[factor] += kGain * ((*target.stay_near)[factor] - measured[factor]);
-    }
+/// The best blend that is not known yet; nullopt if what is known is best.
+std::optional<BlendChoice> next_try(const BlendSearch& search, const EffortTarget& target,
+                                    MeasuredMisses& misses) {
+  for (;;) {
+    BlendChoice next = search.best(target, misses);
+    if (!misses.has(next)) return next;
+    if (next.is_seed()) return std::nullopt;
+    misses.settle({next.fragment_i, next.fragment_j});
   }
 }
 
@@ -54,24 +47,26 @@ ChosenBlend choose_blend(PlayMemory& memory, int fragment, const EffortTarget& t
     return cost(effort::to_vector(measured.effort),
                 effort::EffortVector::Zero(effort::kFactorCount));
   };
+  MeasuredMisses misses;
+  const auto learn_from = [&](const ChosenBlend& tried) {
+    effort::EffortVector miss = effort::EffortVector::Zero(model.regressor.factor_count());
+    for (const effort::Factor factor : effort::kFactors)  // Space is not measured
+      miss[effort::index_of(factor)] =
+          tried.measured.effort[factor] - tried.choice.predicted[factor];
+    misses.add(tried.choice, miss);
+  };
+  learn_from(best);
   double least = cost_of(best.measured);
-  EffortTarget moved = target;
-  BlendChoice last = best.choice;
-  effort::Effort measured = best.measured.effort;
   for (int n = 1; n < tries && least >= kMissedBy; ++n) {
-    move(moved, target, measured);
-    BlendChoice next = search.best(moved);
-    if (same_blend(next, last)) continue;
-    last = next;
-    ChosenBlend tried = play(std::move(next));
-    measured = tried.measured.effort;
+    std::optional<BlendChoice> next = next_try(search, target, misses);
+    if (!next) break;
+    ChosenBlend tried = play(std::move(*next));
+    learn_from(tried);
     const double own = cost_of(tried.measured);
     if (own >= least) continue;
     least = own;
     best = std::move(tried);
   }
-  best.choice.distance =
-      target.distance_to(effort::to_vector(best.choice.predicted, model.regressor.factor_count()));
   return best;
 }
 

@@ -8,6 +8,8 @@
 #include "laban/math/constants.h"
 #include "laban/math/cubic_interpolation.h"
 #include "laban/math/golden_section.h"
+#include "laban/math/statistics.h"
+#include "laban/transfer/measured_misses.h"
 
 #include "transfer/blend_search.h"
 
@@ -62,6 +64,19 @@ Eigen::VectorXd features_of(const StyleModel& model, int fragment_i, int fragmen
                                 effort::to_vector(*model.fragments[j].effort, factors), 0.0);
 }
 
+/// The target for what lies `by` beside where it is asked for.
+EffortTarget moved(EffortTarget target, const effort::EffortVector& by) {
+  for (Eigen::Index row = 0; row < by.size(); ++row) {
+    auto& asked = target.factors[static_cast<std::size_t>(row)];
+    if (asked) *asked += by[row];
+  }
+  if (target.stay_near) {
+    for (const effort::Factor factor : effort::kFactors)
+      (*target.stay_near)[factor] += by[effort::index_of(factor)];
+  }
+  return target;
+}
+
 std::vector<double> uniform_alphas(int samples, const AlphaRange& range) {
   std::vector<double> alphas(static_cast<std::size_t>(samples));
   for (int m = 0; m < samples; ++m) {
@@ -71,49 +86,118 @@ std::vector<double> uniform_alphas(int samples, const AlphaRange& range) {
   return alphas;
 }
 
-/// A candidate at the samples of alpha.
-struct Candidate {
-  Eigen::Index index = 0;
-  std::vector<double> costs;
-  double hope = 0.0;  ///< the least cost that there may be between samples
+/// Blends of two as what was measured of others corrects them.
+class CorrectedBlends {
+ public:
+  /// @param sampled  must outlive this. @param corrections  one a blend, or none.
+  CorrectedBlends(const SampledBlends& sampled, std::span<const Correction> corrections)
+      : sampled_(sampled), corrections_(corrections.begin(), corrections.end()) {
+    const Eigen::Index factors = sampled.curves.rows();
+    corrections_.resize(static_cast<std::size_t>(count()), {effort::EffortVector::Zero(factors)});
+    if (corrections.empty()) return;
+    curves_ = sampled.curves;
+    const auto alpha = Eigen::Map<const Eigen::RowVectorXd>(alphas().data(), samples()).array();
+    const Eigen::RowVectorXd middle = 4.0 * alpha * (1.0 - alpha);
+    for (Eigen::Index p = 0; p < count(); ++p)
+      curves_.middleCols(p * samples(), samples()).noalias() += correction(p).miss * middle;
+  }
+
+  [[nodiscard]] Eigen::Index count() const { return sampled_.features.cols(); }
+  [[nodiscard]] const std::vector<double>& alphas() const { return sampled_.alphas; }
+  [[nodiscard]] Eigen::Index samples() const { return std::ssize(sampled_.alphas); }
+  [[nodiscard]] const Correction& correction(Eigen::Index p) const {
+    return corrections_[static_cast<std::size_t>(p)];
+  }
+  [[nodiscard]] Eigen::VectorXd features(Eigen::Index p) const { return sampled_.features.col(p); }
+  /// F x count() samples().
+  [[nodiscard]] const effort::EffortMatrix& curves() const {
+    return curves_.size() > 0 ? curves_ : sampled_.curves;
+  }
+  /// What is expected of blend p at the samples of alpha, and how surely.
+  [[nodiscard]] auto curve(Eigen::Index p) const {
+    return curves().middleCols(p * samples(), samples());
+  }
+  [[nodiscard]] effort::EffortMatrix errors(Eigen::Index p) const {
+    return correction(p).error_share * sampled_.errors;
+  }
+
+ private:
+  const SampledBlends& sampled_;
+  std::vector<Correction> corrections_;
+  effort::EffortMatrix curves_;  ///< empty if nothing corrects them
 };
 
-/// @param curve   predictions at each sample.
-/// @param errors  their standard errors.
-Candidate candidate_of(Eigen::Index index, const Eigen::Ref<const Eigen::MatrixXd>& curve,
-                       const effort::EffortMatrix& errors, const BlendCost& cost) {
+/// What each blend costs at the samples: samples() x count().
+Eigen::MatrixXd costs_of(const CorrectedBlends& blends, const BlendCost& cost) {
+  Eigen::MatrixXd squares =
+      cost.squared_misses(blends.curves()).reshaped(blends.samples(), blends.count());
+  for (Eigen::Index p = 0; p < blends.count(); ++p)
+    squares.col(p) += cost.squared_errors(blends.errors(p)).transpose();
+  return squares.cwiseSqrt();
+}
+
+/// A blend and what it costs.
+struct Candidate {
+  Eigen::Index index = 0;
+  Eigen::VectorXd costs;  ///< at the samples of alpha
+  double hope = 0.0;      ///< the least cost that there may be between them
+};
+
+Candidate candidate_of(Eigen::Index index, Eigen::VectorXd costs, const CorrectedBlends& blends,
+                       const BlendCost& cost) {
   // Between samples a curve may bend, but hardly moves so much more than from sample to sample.
   constexpr double kMostBend = 1.5;
-  Candidate candidate{index, {}, 0.0};
-  for (Eigen::Index m = 0; m < curve.cols(); ++m)
-    candidate.costs.push_back(cost(curve.col(m), errors.col(m)));
-  const auto best = std::min_element(candidate.costs.begin(), candidate.costs.end());
-  const Eigen::Index at = best - candidate.costs.begin();
+  Eigen::Index at = 0;
+  const double least = costs.minCoeff(&at);
+  const auto curve = blends.curve(index);
+  const effort::EffortMatrix errors = blends.errors(index);
   const BlendCost::Missed missed = cost.missed(curve.col(at), errors.col(at));
   double step = 0.0;
   for (const Eigen::Index next : {at - 1, at + 1}) {
     if (next >= 0 && next < curve.cols())
       step = std::max(step, (cost.missed(curve.col(next), errors.col(next)) - missed).norm());
   }
-  candidate.hope = std::max(0.0, *best - kMostBend * step);
-  return candidate;
+  return {index, std::move(costs), std::max(0.0, least - kMostBend * step)};
 }
 
-/// The best of a candidate's blends near its best sample, as the regressor predicts them.
-FoundBlend refined(const StyleModel& model, Eigen::VectorXd z, std::span<const double> alphas,
-                   const Candidate& candidate, const BlendCost& cost,
-                   const SearchOptions& options) {
-  effort::StyleScratch scratch;
-  const auto predict = [&](double alpha) -> effort::EffortVector {
-    z[z.size() - 1] = alpha;
-    return model.regressor.predict(z, scratch).col(0);
-  };
+/// All candidates that are not settled.
+std::vector<Candidate> candidates_of(const CorrectedBlends& blends, const BlendCost& cost) {
+  const Eigen::MatrixXd costs = costs_of(blends, cost);
+  std::vector<Candidate> candidates;
+  for (Eigen::Index p = 0; p < blends.count(); ++p) {
+    if (!blends.correction(p).settled)
+      candidates.push_back(candidate_of(p, costs.col(p), blends, cost));
+  }
+  return candidates;
+}
+
+/// The least cost near a candidate's best sample, on the curve through the samples.
+math::Minimum between_samples(const CorrectedBlends& blends, const Candidate& candidate,
+                              const BlendCost& cost, const SearchOptions& options) {
+  const std::vector<double>& alphas = blends.alphas();
+  const double per_sample =
+      (alphas.back() - alphas.front()) / static_cast<double>(blends.samples() - 1);
+  const auto curve = blends.curve(candidate.index);
+  const effort::EffortMatrix errors = blends.errors(candidate.index);
   const auto cost_at = [&](double alpha) {
-    return cost(predict(alpha), model.regressor.typical_errors(std::span(&alpha, 1)).col(0));
+    const double sample = (alpha - alphas.front()) / per_sample;
+    return cost(math::interpolate(curve, sample), math::interpolate(errors, sample));
   };
-  const math::Minimum found =
-      math::refine_best_sample(cost_at, alphas, candidate.costs, options.alpha_tolerance);
-  return {candidate.index, found.x, predict(found.x), found.value};
+  return math::refine_best_sample(cost_at, alphas, math::as_span(candidate.costs),
+                                  options.alpha_tolerance);
+}
+
+/// A candidate's blend at `alpha`, as the regressor itself predicts it.
+FoundBlend blend_at(const StyleModel& model, const CorrectedBlends& blends, Eigen::Index candidate,
+                    double alpha, const BlendCost& cost) {
+  Eigen::VectorXd z = blends.features(candidate);
+  z[z.size() - 1] = alpha;
+  const Correction& correction = blends.correction(candidate);
+  const effort::EffortVector predicted = model.regressor.predict(z).col(0);
+  const effort::EffortVector expected = predicted + correction.at(alpha);
+  const effort::EffortVector error =
+      correction.error_share * model.regressor.typical_errors(std::span(&alpha, 1)).col(0);
+  return {candidate, alpha, predicted, expected, cost(expected, error)};
 }
 
 }  // namespace
@@ -218,6 +302,14 @@ BlendCost::BlendCost(const EffortTarget& target, const SearchOptions& options, i
   }
 }
 
+Eigen::RowVectorXd BlendCost::squared_misses(const effort::EffortMatrix& predicted) const {
+  return (weight_.asDiagonal() * (predicted.colwise() - wanted_)).colwise().squaredNorm();
+}
+
+Eigen::RowVectorXd BlendCost::squared_errors(const effort::EffortMatrix& errors) const {
+  return (caution_ * weight_.asDiagonal() * errors).colwise().squaredNorm();
+}
+
 BlendCost::Missed BlendCost::missed(const effort::EffortVector& predicted,
                                     const effort::EffortVector& error) const {
   Missed all(2 * predicted.size());
@@ -238,17 +330,6 @@ SampledBlends sample_blends(const StyleModel& model, Eigen::MatrixXd z, int samp
 
 namespace {
 
-/// All candidates at their samples.
-std::vector<Candidate> candidates_of(const SampledBlends& sampled, const BlendCost& cost) {
-  const Eigen::Index samples = std::ssize(sampled.alphas);
-  std::vector<Candidate> candidates;
-  for (Eigen::Index p = 0; p < sampled.features.cols(); ++p) {
-    candidates.push_back(
-        candidate_of(p, sampled.curves.middleCols(p * samples, samples), sampled.errors, cost));
-  }
-  return candidates;
-}
-
 /// Sorts candidates by one of their figures; equals stay in order.
 template <typename Figure>
 void sort_by(std::vector<Candidate>& candidates, const Figure& figure) {
@@ -259,38 +340,25 @@ void sort_by(std::vector<Candidate>& candidates, const Figure& figure) {
 }  // namespace
 
 std::optional<FoundBlend> find_blend(const StyleModel& model, const SampledBlends& sampled,
+                                     std::span<const Correction> corrections,
                                      const EffortTarget& target, const SearchOptions& options,
                                      Reachable& reachable) {
-  if (sampled.features.cols() == 0) return std::nullopt;
   const BlendCost cost(target, options, model.regressor.factor_count());
-  const std::vector<double>& alphas = sampled.alphas;
-  const Eigen::Index samples = std::ssize(alphas);
-  const auto curve_of = [&](Eigen::Index p) {
-    return sampled.curves.middleCols(p * samples, samples);
-  };
+  const CorrectedBlends blends(sampled, corrections);
   for (Eigen::Index c = 0; c < sampled.curves.cols(); ++c) extend(reachable, sampled.curves.col(c));
-  std::vector<Candidate> candidates = candidates_of(sampled, cost);
+  std::vector<Candidate> candidates = candidates_of(blends, cost);
   sort_by(candidates, [](const Candidate& candidate) { return candidate.hope; });
-  // Which candidate is best is told by the curves between samples; it is then looked for where it
-  // lies by the regressor itself.
-  const double per_sample = (alphas.back() - alphas.front()) / static_cast<double>(samples - 1);
   const Candidate* best = nullptr;
-  double least = math::kInfinity;
+  math::Minimum least{0.0, math::kInfinity};
   for (const Candidate& candidate : candidates) {
-    if (candidate.hope >= least) break;
-    const auto cost_at = [&](double alpha) {
-      const double sample = (alpha - alphas.front()) / per_sample;
-      return cost(math::interpolate(curve_of(candidate.index), sample),
-                  math::interpolate(sampled.errors, sample));
-    };
-    const double value =
-        math::refine_best_sample(cost_at, alphas, candidate.costs, options.alpha_tolerance).value;
-    if (value >= least) continue;
-    least = value;
+    if (candidate.hope >= least.value) break;
+    const math::Minimum own = between_samples(blends, candidate, cost, options);
+    if (own.value >= least.value) continue;
+    least = own;
     best = &candidate;
   }
-  const FoundBlend found =
-      refined(model, sampled.features.col(best->index), alphas, *best, cost, options);
+  if (best == nullptr) return std::nullopt;
+  const FoundBlend found = blend_at(model, blends, best->index, least.x, cost);
   extend(reachable, found.predicted);
   return found;
 }
@@ -299,15 +367,14 @@ std::vector<FoundBlend> rank_blends(const StyleModel& model, const SampledBlends
                                     const EffortTarget& target, const SearchOptions& options,
                                     int count) {
   const BlendCost cost(target, options, model.regressor.factor_count());
-  std::vector<Candidate> candidates = candidates_of(sampled, cost);
-  sort_by(candidates, [](const Candidate& candidate) {
-    return *std::min_element(candidate.costs.begin(), candidate.costs.end());
-  });
+  const CorrectedBlends blends(sampled, {});
+  std::vector<Candidate> candidates = candidates_of(blends, cost);
+  sort_by(candidates, [](const Candidate& candidate) { return candidate.costs.minCoeff(); });
   candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(count)));
   std::vector<FoundBlend> ranked;
   for (const Candidate& candidate : candidates) {
-    ranked.push_back(refined(model, sampled.features.col(candidate.index), sampled.alphas,
-                             candidate, cost, options));
+    const double alpha = between_samples(blends, candidate, cost, options).x;
+    ranked.push_back(blend_at(model, blends, candidate.index, alpha, cost));
   }
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const FoundBlend& a, const FoundBlend& b) { return a.cost < b.cost; });
@@ -339,6 +406,10 @@ BlendSearch::BlendSearch(const StyleModel& model, int fragment, const SearchOpti
 }
 
 BlendChoice BlendSearch::best(const EffortTarget& target) const {
+  return best(target, {});
+}
+
+BlendChoice BlendSearch::best(const EffortTarget& target, const MeasuredMisses& misses) const {
   base::require_none(target.problems());
   require_known(*model_, target);
   const int factors = model_->regressor.factor_count();
@@ -356,26 +427,36 @@ BlendChoice BlendSearch::best(const EffortTarget& target) const {
       best = {k, k, 0.0, label, target.distance_to(e), {}, {}, {}};
     }
   }
-  if (const auto found = find_blend(*model_, sampled_, target, options_, reachable)) {
-    BlendChoice blend = of_found(*found, target);
-    const double nearest = std::min(best.distance, blend.distance);
-    BlendChoice more;
-    if (options_.way > 2 && nearest > kMissedBy)
-      more = blend_further(*model_, neighbors_, blend, target, options_, reachable);
-    if (!more.further.empty() && more.distance < nearest - kLeastGain) {
-      best = std::move(more);
+  if (const auto found =
+          find_blend(*model_, sampled_, misses.of_pairs(pairs_), target, options_, reachable)) {
+    if (auto more = further(*found, target, best.distance, reachable)) {
+      best = std::move(*more);
     } else if (found->cost < least) {
-      best = std::move(blend);
+      best = of_found(*found, target);
     }
   }
   best.reachable = reachable;
   return best;
 }
 
+std::optional<BlendChoice> BlendSearch::further(const FoundBlend& found, const EffortTarget& target,
+                                                double nearest_seed, Reachable& reachable) const {
+  const double nearest = std::min(nearest_seed, target.distance_to(found.expected));
+  if (options_.way <= 2 || nearest <= kMissedBy) return std::nullopt;
+  // What the pair is expected to be beside its prediction goes into the whole.
+  const EffortTarget asked = moved(target, found.predicted - found.expected);
+  BlendChoice more =
+      blend_further(*model_, neighbors_, of_found(found, asked), asked, options_, reachable);
+  if (more.further.empty() || more.distance >= nearest - kLeastGain) return std::nullopt;
+  more.distance =
+      target.distance_to(effort::to_vector(more.predicted, model_->regressor.factor_count()));
+  return more;
+}
+
 BlendChoice BlendSearch::of_found(const FoundBlend& found, const EffortTarget& target) const {
   Eigen::VectorXd features = sampled_.features.col(found.candidate);
   features[features.size() - 1] = found.alpha;
-  const Pair& pair = pairs_[static_cast<std::size_t>(found.candidate)];
+  const FragmentPair& pair = pairs_[static_cast<std::size_t>(found.candidate)];
   return {pair.i,
           pair.j,
           found.alpha,

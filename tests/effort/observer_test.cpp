@@ -270,9 +270,9 @@ TEST(Observer, ShortAndStillClipsAreFinite) {
   for (const int frames : {1, 2, 3, 4, 5, 24}) {
     SCOPED_TRACE(frames);
     const Descriptors still = describe(statue(frames));
-    EXPECT_NEAR(still.weight, std::log(1e-4), 1e-9);
-    EXPECT_NEAR(still.time, 0.0, 1e-9);
-    EXPECT_NEAR(still.flow, std::log(1000.0), 1e-9);  // nothing but stillness
+    EXPECT_NEAR(still.weight, std::log(1e-4), 1e-6);
+    EXPECT_NEAR(still.time, 0.0, 1e-6);
+    EXPECT_NEAR(still.flow, std::log(1000.0), 1e-6);  // nothing but stillness
     const Descriptors moving =
         describe(test::random_pose_matrix({.frames = frames, .frame_rate_hz = 30.0}));
     EXPECT_TRUE(std::isfinite(moving.flow) && std::isfinite(moving.weight) &&

@@ -82,7 +82,7 @@ TEST_F(Cli, ApplyTakesAStateInsteadOfOptions) {
       R"({"schema": "laban.effort-room/1", "input": ")" + kTake +
       R"(", "model": "", "asked": {"time": 1.5}, "relative": false, "weights": [1, 1, 1],
         "detail": "replace", "strength": 1, "keep_timing": false, "strict": false, "foot_fix": true,
-        "neighbours": 25, "samples": 16, "caution": 1, "stay": 0.15, "way": 2, "tries": 5,
+        "neighbours": 25, "samples": 16, "caution": 1, "stay": 0.15, "way": 2, "tries": 3,
         "locks": [], "reading": {}})";
   write(folder_ / "room.json", state);
   EXPECT_EQ(run("apply --state room.json -o by_state.bvh").code, 0);

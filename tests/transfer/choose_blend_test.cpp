@@ -84,12 +84,13 @@ TEST(ChooseBlend, MoreTriesMeasureNearer) {
   for (int fragment = 0; fragment < static_cast<int>(model.fragments.size()); fragment += 2) {
     for (const EffortTarget& target : targets_of(model, fragment)) {
       double before = 0.0;
-      for (const int tries : {1, 3, kTries}) {
+      for (const int tries : {1, 2, 3, 6}) {
         const ChosenBlend chosen = choose_blend(memory, fragment, target, {}, tries);
         const double now = missed(target, chosen.measured.effort);
         if (tries > 1) EXPECT_LE(now, before + 1e-12) << "fragment " << fragment;
         before = now;
-        (tries == 1 ? by_one : by_all) += tries == 3 ? 0.0 : now;
+        if (tries == 1) by_one += now;
+        if (tries == kTries) by_all += now;
         EXPECT_NEAR(chosen.choice.distance,
                     target.distance_to(effort::to_vector(chosen.choice.predicted)), 1e-12);
         const effort::Effort again =
@@ -104,27 +105,15 @@ TEST(ChooseBlend, MoreTriesMeasureNearer) {
   EXPECT_LT(by_all, 0.9 * by_one);
 }
 
-TEST(ChooseBlend, TheNextTryIsAskedForWhatTheLastMissed) {
+TEST(ChooseBlend, NoBlendIsTriedTwice) {
   const StyleModel& model = measured_model();
   PlayMemory memory(model);
-  int changed = 0;
-  int towards = 0;
-  for (int fragment = 0; fragment < static_cast<int>(model.fragments.size()); ++fragment) {
-    for (EffortTarget target : targets_of(model, fragment)) {
-      target.stay_near.reset();
-      const ChosenBlend one = choose_blend(memory, fragment, target, {}, 1);
-      const ChosenBlend two = choose_blend(memory, fragment, target, {}, 2);
-      for (const effort::Factor factor : effort::kFactors) {
-        const auto& asked = target.factors[static_cast<std::size_t>(effort::index_of(factor))];
-        const double moved = two.choice.predicted[factor] - one.choice.predicted[factor];
-        if (!asked || moved == 0.0) continue;
-        ++changed;
-        towards += moved * (*asked - one.measured.effort[factor]) > 0.0 ? 1 : 0;
-      }
-    }
+  for (const EffortTarget& target : targets_of(model, 3)) {
+    // With more tries than blends are worth trying it ends, and more still change nothing.
+    const ChosenBlend many = choose_blend(memory, 3, target, {}, 200);
+    const ChosenBlend more = choose_blend(memory, 3, target, {}, 1000);
+    EXPECT_EQ(many.played.pose.angles, more.played.pose.angles);
   }
-  EXPECT_GT(changed, 10);
-  EXPECT_GT(towards, 0.8 * changed);
 }
 
 TEST(ChooseBlend, WhatRatersSayIsNotWhatIsMeasured) {

@@ -1,11 +1,13 @@
 #include "laban/transfer/style_search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "laban/transfer/measured_misses.h"
 #include "laban/transfer/play_choice.h"
 
 #include "toy_corpus.h"
@@ -40,6 +42,39 @@ TEST(SearchBlend, IsAsGoodAsADenseScanOfAllPairs) {
     // A pair whose curve has two valleys may hide the deeper one between two samples.
     EXPECT_LE(choice.distance, best + 0.02) << "asked " << asked;
   }
+}
+
+TEST(BlendSearch, WhatWasMeasuredIsAsGoodAsADenseScanOfCorrectedPairs) {
+  const StyleModel& model = test::toy_model();
+  const EffortTarget target{{std::nullopt, 0.9, -0.3}, {1.0, 1.0, 1.0, 1.0}};
+  const BlendSearch search(model, 1, kPapers);
+  MeasuredMisses misses;
+  const BlendChoice first = search.nearest_pairs(target, 1).front();
+  misses.add(first, Eigen::Vector3d(0.2, -0.6, 0.4));
+  const BlendChoice choice = search.best(target, misses);
+  double best = 1e9;
+  const auto& neighbors = model.neighbors[1];
+  const auto missed_by = [&](int i, int j, double alpha) {
+    const auto correction = misses.of_pairs(std::array{FragmentPair{i, j}}).front();
+    return target.distance_to(predict(model, i, j, alpha) + correction.at(alpha));
+  };
+  for (std::size_t k = 0; k < neighbors.size(); ++k) {
+    best = std::min(best, target.distance_to(effort::to_vector(
+                              *model.fragments[static_cast<std::size_t>(neighbors[k])].effort)));
+    for (std::size_t l = k + 1; l < neighbors.size(); ++l) {
+      for (int n = 0; n <= 750; ++n)
+        best = std::min(best, missed_by(neighbors[k], neighbors[l], -0.25 + n * 0.002));
+    }
+  }
+  ASSERT_FALSE(choice.is_seed());
+  EXPECT_LE(missed_by(choice.fragment_i, choice.fragment_j, choice.alpha), best + 0.02);
+  // What is reported is the regressor's own.
+  const auto e = predict(model, choice.fragment_i, choice.fragment_j, choice.alpha);
+  EXPECT_LT((e - effort::to_vector(choice.predicted)).norm(), 1e-9);
+  EXPECT_NEAR(choice.distance, target.distance_to(e), 1e-9);
+  misses.settle({choice.fragment_i, choice.fragment_j});
+  const BlendChoice other = search.best(target, misses);
+  EXPECT_FALSE(other.fragment_i == choice.fragment_i && other.fragment_j == choice.fragment_j);
 }
 
 TEST(BlendSearch, NearestPairsBeginWithTheBestAndGrowWorse) {

@@ -8,7 +8,7 @@
 namespace laban::transfer {
 
 /// Blends that are played and measured for one target, where not said otherwise.
-inline constexpr int kTries = 5;
+inline constexpr int kTries = 3;
 
 /// A blend that was chosen for what it measures.
 struct ChosenBlend {
@@ -17,12 +17,11 @@ struct ChosenBlend {
   effort::Observation measured;
 };
 
-/// (Ours.) search_blend, played, measured, and asked again: a regressor is never quite right, and
-/// what it is wrong by is much the same for all blends that it predicts to hit a target. So the
-/// target, and what free factors are to stay near, is moved by half of what the last blend was
-/// measured to miss, and searched for anew, up to `tries` times. The blend is kept whose measured
-/// Effort costs least (by the target's weights and SearchOptions::stay), the first of equals;
-/// the first that misses by less than kMissedBy ends it.
+/// (Ours.) search_blend, played, measured, and searched again knowing what was measured: what the
+/// regressor is wrong by at one blend it is partly wrong by at others (MeasuredMisses). The blend
+/// is kept whose measured Effort costs least (by the target's weights and SearchOptions::stay), the
+/// first of equals. It ends after `tries` blends, with the first that misses by less than
+/// kMissedBy, or when none is expected to be better than one that is known.
 ///
 /// With tries = 1, and by models whose labels are not measured (StyleModel::labels_measured), it is
 /// the first answer of the search, as the paper has it: a rater's scale is not the observer's.

@@ -92,6 +92,27 @@ struct BlendChoice {
   [[nodiscard]] std::vector<BlendShare> shares() const;
 };
 
+/// Two fragments that may be blended.
+struct FragmentPair {
+  int i = 0;
+  int j = 0;
+  [[nodiscard]] bool operator==(const FragmentPair&) const = default;
+};
+
+/// What is known of the blends of a pair beside what the regressor predicts (see MeasuredMisses).
+struct Correction {
+  effort::EffortVector miss;  ///< F: what the prediction at alpha = 1/2 is to be moved by
+  double error_share = 1.0;   ///< of the prediction's standard error: what is left of it
+  bool settled = false;       ///< the pair is not to be chosen
+
+  /// What the prediction at `alpha` is to be moved by: nothing at either fragment.
+  [[nodiscard]] effort::EffortVector at(double alpha) const {
+    return 4.0 * alpha * (1.0 - alpha) * miss;
+  }
+};
+
+class MeasuredMisses;
+
 /// With fewer Effort points of distance to the target, no further fragment is tried.
 inline constexpr double kMissedBy = 0.05;
 /// Effort points by which a further fragment has to lower the distance.
@@ -155,8 +176,9 @@ struct SampledBlends {
 struct FoundBlend {
   Eigen::Index candidate = 0;  ///< column of z
   double alpha = 0.0;
-  effort::EffortVector predicted;
-  double cost = 0.0;
+  effort::EffortVector predicted;  ///< by the regressor
+  effort::EffortVector expected;   ///< the same, corrected
+  double cost = 0.0;               ///< of what is expected
 };
 
 /// search_blend for target after target: what does not hang on the target is found once. Immutable;
@@ -170,6 +192,8 @@ class BlendSearch {
   /// @throws Error{kUsage} if the target has problems or asks Space of a model that does not know
   ///         it.
   [[nodiscard]] BlendChoice best(const EffortTarget& target) const;
+  /// The same, knowing what blends of these neighbours were measured to be.
+  [[nodiscard]] BlendChoice best(const EffortTarget& target, const MeasuredMisses& misses) const;
   /// What else could have been chosen: the pairs that come nearest to the target, each at its best
   /// alpha, from the best on; at most `count`. What is lowered is as in best(), with pairs only.
   /// @throws as best.
@@ -184,19 +208,19 @@ class BlendSearch {
   [[nodiscard]] const SearchOptions& options() const noexcept { return options_; }
 
  private:
-  struct Pair {
-    int i = 0;
-    int j = 0;
-  };
-
   [[nodiscard]] BlendChoice of_found(const FoundBlend& found, const EffortTarget& target) const;
+  /// With further fragments, if that is asked for and nearer than the pair and than a fragment that
+  /// misses by `nearest_seed`.
+  [[nodiscard]] std::optional<BlendChoice> further(const FoundBlend& found,
+                                                   const EffortTarget& target, double nearest_seed,
+                                                   std::vector<FactorRange>& reachable) const;
   [[nodiscard]] std::vector<FactorRange> reachable() const;
 
   const StyleModel* model_;
   int fragment_;
   SearchOptions options_;
   std::vector<int> neighbors_;
-  std::vector<Pair> pairs_;
+  std::vector<FragmentPair> pairs_;
   SampledBlends sampled_;  ///< of the pairs
 };
 
