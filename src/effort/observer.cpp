@@ -162,11 +162,11 @@ struct Pull {
 };
 
 Pull pull_at(const Lanes& values, const Lanes& weights, double location) {
-  constexpr Eigen::Index kColumns = 32;  // summed in single precision
+  constexpr Eigen::Index kSummedColumns = 32;  // summed in single precision
   Pull all;
-  for (Eigen::Index begin = 0; begin < values.cols(); begin += kColumns) {
+  for (Eigen::Index begin = 0; begin < values.cols(); begin += kSummedColumns) {
     Lane force = Lane::Zero(), weight = Lane::Zero(), slope = Lane::Zero();
-    for (Eigen::Index n = begin; n < std::min(begin + kColumns, values.cols()); ++n) {
+    for (Eigen::Index n = begin; n < std::min(begin + kSummedColumns, values.cols()); ++n) {
       const Lane u =
           (values.col(n) - static_cast<float>(location)) / static_cast<float>(kLocationWidth);
       const Lane p = 1.0F / (1.0F + u.square()).sqrt();
