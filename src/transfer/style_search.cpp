@@ -162,6 +162,7 @@ Candidate candidate_of(Eigen::Index index, Eigen::VectorXd costs, const Correcte
 
 /// All candidates that are not settled.
 std::vector<Candidate> candidates_of(const CorrectedBlends& blends, const BlendCost& cost) {
+  if (blends.count() == 0) return {};
   const Eigen::MatrixXd costs = costs_of(blends, cost);
   std::vector<Candidate> candidates;
   for (Eigen::Index p = 0; p < blends.count(); ++p) {
