@@ -53,8 +53,8 @@ struct AlphaRange {
                                           const AlphaRange& range = {});
 
 /// Golden-section search around the best sample of each candidate, from the most promising on, on
-/// the curve through the samples (of 16 in [-0.25, 1.25] it is off by 1e-3 or less); what the best
-/// is worth is told by the regressor itself. Ties: the first candidate.
+/// the curve through the samples; what the best is worth is told by the regressor itself. Ties: the
+/// first candidate.
 /// @param corrections  one a candidate, or none.
 /// @param reachable  widened by every sample and by what is found.
 /// @returns nothing if there is no candidate that is not settled.

@@ -66,7 +66,7 @@ std::optional<std::filesystem::path> captures_root() {
   return std::filesystem::path(root);
 }
 
-constexpr const char* kNoCaptures = "LABAN_DATA is not set: no captures to measure";
+constexpr const char* kNoCaptures = "LABAN_DATA is not set: the law is not measured on captures";
 
 std::vector<Take> bandai(const std::filesystem::path& root, std::size_t step = 1) {
   return read_takes(root / "bandai1", "dataset-1_", 1, step);

@@ -40,7 +40,7 @@ struct Descriptors {
 ///         if its frame rate is not positive and finite.
 [[nodiscard]] Descriptors describe(const motion::PoseMatrix& pose);
 /// The same of a motion that is played already.
-/// @param joint_positions  motion::standard_joint_positions of it.
+/// @param joint_positions  motion::standard_joint_positions of it, metres. @throws as above.
 [[nodiscard]] Descriptors describe(const Eigen::MatrixXd& joint_positions, double frame_rate_hz);
 
 /// The same in a window that slides over the movement: 3 x F, rows flow, weight, time as in
