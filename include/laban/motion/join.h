@@ -12,10 +12,6 @@ namespace laban::motion {
 struct JoinOptions {
   /// Half-life of the offset that a join leaves, seconds, > 0 (DESIGN 5).
   double halflife_s = 0.1;
-  /// A larger half-life for offsets so large that their decay would bend the motion more than its
-  /// parts do near the join (or, where those hardly move, than an ordinary movement does), up to
-  /// this, seconds; nullopt: halflife_s always.
-  std::optional<double> longest_halflife_s;
   /// Within half a second of a join, jerk is held to this share of the largest that the parts
   /// beside it have anywhere, by a local low-pass (calm_locally), > 0; nullopt: left as it is.
   std::optional<double> most_jerk_share;
@@ -32,10 +28,11 @@ struct JoinOptions {
 ///
 /// At a join the second difference of each joint's exponential map and of the height, and the first
 /// difference of the steps, may be as large as the parts' own near the join (within 2.5 half-lives,
-/// times 1.25); only the excess is taken up by an offset on the new part (of rotations, of height,
-/// of steps) that decays as a critically damped spring. So pose and velocity are continuous as far
-/// as they are in the parts, and a clip cut in two comes back as it was (its step over the cut as
-/// above). Offsets reach over further joins if parts are short.
+/// times 1.25); only the excess is taken up, half by an offset on the part before and half by one
+/// on the new part (of rotations, of height, of steps), which die away from the join as critically
+/// damped springs. So pose and velocity are continuous as far as they are in the parts, neither
+/// part is bent as far as one alone would be, and a clip cut in two comes back as it was (its step
+/// over the cut as above). Offsets reach over further joins if parts are short.
 ///
 /// Each joint continues on the branch of its exponential map that it had at the end of the part
 /// before. leg_length_m is the first part's; height and steps are in leg lengths and stay.
