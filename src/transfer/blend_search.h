@@ -14,6 +14,8 @@ using Reachable = std::vector<FactorRange>;
 
 /// Widens the ranges to hold a prediction.
 void extend(Reachable& reachable, const effort::EffortVector& e);
+/// Widens the ranges to hold what blends are expected to be where they may be chosen.
+void extend(Reachable& reachable, const SampledBlends& sampled);
 
 /// What a search lowers (see search_blend): the length of what a blend misses, is unsure of, and
 /// moves that was to stay.
@@ -41,14 +43,8 @@ class BlendCost {
   double caution_ = 0.0;         ///< square root
 };
 
-/// Between which blend weights a search looks.
-struct AlphaRange {
-  double low = blend::kMinAlpha;
-  double high = blend::kMaxAlpha;
-};
-
 /// @param z  columns of style_features; their alpha is not looked at.
-/// @param samples  M >= 2, uniform over `range`.
+/// @param samples  M >= 2, uniform over `range`, which all may be chosen in.
 [[nodiscard]] SampledBlends sample_blends(const StyleModel& model, Eigen::MatrixXd z, int samples,
                                           const AlphaRange& range = {});
 

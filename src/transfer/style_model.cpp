@@ -1,6 +1,7 @@
 #include "laban/transfer/style_model.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "laban/align/unseen_costs.h"
 #include "laban/base/error.h"
@@ -76,6 +77,23 @@ std::vector<int> neighbors_of(int i, const Eigen::MatrixXd& mean_cost,
   return order;
 }
 
+/// See StyleModel::content_margins; a fragment alone in its content is as near to it as to itself.
+std::vector<double> content_margins_of(const Eigen::MatrixXd& mean_cost,
+                                       const std::vector<int>& groups) {
+  std::vector<double> margins(groups.size(), 0.0);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    std::optional<double> own, other;
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      if (k == i) continue;
+      const double cost = mean_cost(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+      auto& least = groups[k] == groups[i] ? own : other;
+      least = std::min(cost, least.value_or(cost));
+    }
+    if (other) margins[i] = *other - own.value_or(0.0);
+  }
+  return margins;
+}
+
 }  // namespace
 
 StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& options) {
@@ -107,6 +125,7 @@ StyleModel train_style_model(const StyleCorpus& corpus, const TrainOptions& opti
           contents,
           std::move(database),
           std::move(neighbors),
+          content_margins_of(mean_cost, contents.numbers),
           fit_match_costs(fragments, mean_cost, options),
           std::move(content_map),
           std::move(coordinates),

@@ -253,12 +253,24 @@ StyleModel read_parts(const Container& container, std::string_view name) {
   observer.scale = reader.matrix("observer.scale", 3, columns);
   reader.require((observer.scale.array() > 0.0).all(),
                  "its observer has a scale that is not positive");
+  std::vector<double> content_margins(fragments.size(), 0.0);
+  if (container.arrays.contains("content_margins")) {
+    const Eigen::VectorXd margins =
+        reader.matrix("content_margins", std::ssize(content_margins), 1);
+    content_margins.assign(margins.begin(), margins.end());
+  }
   auto match_costs = load_match_costs(reader.matrix("match_costs", 2, groups));
-  return {std::move(fragments),      std::move(contents),
-          std::move(database),       std::move(neighbors),
-          std::move(match_costs),    std::move(content_map),
-          std::move(coordinates),    std::move(regressor),
-          std::move(observer),       header.value("labels_measured", false),
+  return {std::move(fragments),
+          std::move(contents),
+          std::move(database),
+          std::move(neighbors),
+          std::move(content_margins),
+          std::move(match_costs),
+          std::move(content_map),
+          std::move(coordinates),
+          std::move(regressor),
+          std::move(observer),
+          header.value("labels_measured", false),
           header.at("record").dump()};
 }
 
@@ -280,6 +292,8 @@ std::string write_style_model(const StyleModel& model) {
   container.arrays["metric.map"] = to_array(model.database.metric().map());
   container.arrays["metric.reference"] = to_array(model.database.metric().reference());
   container.arrays["neighbors"] = to_array(neighbor_matrix(model.neighbors));
+  container.arrays["content_margins"] = to_array(Eigen::Map<const Eigen::VectorXd>(
+      model.content_margins.data(), std::ssize(model.content_margins)));
   container.arrays["match_costs"] = to_array(match_cost_matrix(model.match_costs));
   container.arrays["observer.center"] = to_array(model.observer.center);
   container.arrays["observer.scale"] = to_array(model.observer.scale);

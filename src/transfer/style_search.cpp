@@ -77,6 +77,23 @@ EffortTarget moved(EffortTarget target, const effort::EffortVector& by) {
   return target;
 }
 
+/// Content margins of a model's fragments; 0 for all if none of `neighbors` shows its content.
+std::vector<double> margins_of(const StyleModel& model, std::span<const int> neighbors) {
+  const bool any = std::any_of(neighbors.begin(), neighbors.end(), [&](int known) {
+    return model.content_margins[static_cast<std::size_t>(known)] >= 0.0;
+  });
+  return any ? model.content_margins : std::vector<double>(model.fragments.size(), 0.0);
+}
+
+/// Where (1 - alpha) a + alpha b >= 0.
+AlphaRange where_positive(double a, double b) {
+  AlphaRange range;
+  if (a == b) return a >= 0.0 ? range : AlphaRange{1.0, 0.0};
+  const double root = a / (a - b);
+  (b > a ? range.low : range.high) = root;
+  return {std::max(range.low, AlphaRange{}.low), std::min(range.high, AlphaRange{}.high)};
+}
+
 std::vector<double> uniform_alphas(int samples, const AlphaRange& range) {
   std::vector<double> alphas(static_cast<std::size_t>(samples));
   for (int m = 0; m < samples; ++m) {
@@ -109,6 +126,10 @@ class CorrectedBlends {
     return corrections_[static_cast<std::size_t>(p)];
   }
   [[nodiscard]] Eigen::VectorXd features(Eigen::Index p) const { return sampled_.features.col(p); }
+  [[nodiscard]] bool may(Eigen::Index p, Eigen::Index m) const { return sampled_.may(p, m); }
+  [[nodiscard]] const AlphaRange& range(Eigen::Index p) const {
+    return sampled_.ranges[static_cast<std::size_t>(p)];
+  }
   /// F x count() samples().
   [[nodiscard]] const effort::EffortMatrix& curves() const {
     return curves_.size() > 0 ? curves_ : sampled_.curves;
@@ -127,12 +148,16 @@ class CorrectedBlends {
   effort::EffortMatrix curves_;  ///< empty if nothing corrects them
 };
 
-/// What each blend costs at the samples: samples() x count().
+/// What each blend costs at the samples, infinity where it may not be chosen: samples() x count().
 Eigen::MatrixXd costs_of(const CorrectedBlends& blends, const BlendCost& cost) {
   Eigen::MatrixXd squares =
       cost.squared_misses(blends.curves()).reshaped(blends.samples(), blends.count());
   for (Eigen::Index p = 0; p < blends.count(); ++p)
     squares.col(p) += cost.squared_errors(blends.errors(p)).transpose();
+  for (Eigen::Index p = 0; p < blends.count(); ++p) {
+    for (Eigen::Index m = 0; m < blends.samples(); ++m)
+      if (!blends.may(p, m)) squares(m, p) = math::kInfinity;
+  }
   return squares.cwiseSqrt();
 }
 
@@ -160,13 +185,13 @@ Candidate candidate_of(Eigen::Index index, Eigen::VectorXd costs, const Correcte
   return {index, std::move(costs), std::max(0.0, least - kMostBend * step)};
 }
 
-/// All candidates that are not settled.
+/// All candidates that are not settled and may be chosen somewhere.
 std::vector<Candidate> candidates_of(const CorrectedBlends& blends, const BlendCost& cost) {
   if (blends.count() == 0) return {};
   const Eigen::MatrixXd costs = costs_of(blends, cost);
   std::vector<Candidate> candidates;
   for (Eigen::Index p = 0; p < blends.count(); ++p) {
-    if (!blends.correction(p).settled)
+    if (!blends.correction(p).settled && std::isfinite(costs.col(p).minCoeff()))
       candidates.push_back(candidate_of(p, costs.col(p), blends, cost));
   }
   return candidates;
@@ -181,6 +206,7 @@ math::Minimum between_samples(const CorrectedBlends& blends, const Candidate& ca
   const auto curve = blends.curve(candidate.index);
   const effort::EffortMatrix errors = blends.errors(candidate.index);
   const auto cost_at = [&](double alpha) {
+    if (!blends.range(candidate.index).holds(alpha)) return math::kInfinity;
     const double sample = (alpha - alphas.front()) / per_sample;
     return cost(math::interpolate(curve, sample), math::interpolate(errors, sample));
   };
@@ -289,6 +315,12 @@ void extend(Reachable& reachable, const effort::EffortVector& e) {
   }
 }
 
+void extend(Reachable& reachable, const SampledBlends& sampled) {
+  const Eigen::Index samples = std::ssize(sampled.alphas);
+  for (Eigen::Index c = 0; c < sampled.curves.cols(); ++c)
+    if (sampled.may(c / samples, c % samples)) extend(reachable, sampled.curves.col(c));
+}
+
 BlendCost::BlendCost(const EffortTarget& target, const SearchOptions& options, int factor_count)
     : wanted_(effort::EffortVector::Zero(factor_count)),
       weight_(effort::EffortVector::Zero(factor_count)),
@@ -320,7 +352,8 @@ BlendCost::Missed BlendCost::missed(const effort::EffortVector& predicted,
 
 SampledBlends sample_blends(const StyleModel& model, Eigen::MatrixXd z, int samples,
                             const AlphaRange& range) {
-  SampledBlends sampled{std::move(z), uniform_alphas(samples, range), {}, {}};
+  const auto count = static_cast<std::size_t>(z.cols());
+  SampledBlends sampled{std::move(z), uniform_alphas(samples, range), {}, {}, {count, range}};
   if (sampled.features.cols() == 0) return sampled;
   effort::StyleScratch scratch;
   sampled.curves = model.regressor.predict_curves(
@@ -346,7 +379,7 @@ std::optional<FoundBlend> find_blend(const StyleModel& model, const SampledBlend
                                      Reachable& reachable) {
   const BlendCost cost(target, options, model.regressor.factor_count());
   const CorrectedBlends blends(sampled, corrections);
-  for (Eigen::Index c = 0; c < sampled.curves.cols(); ++c) extend(reachable, sampled.curves.col(c));
+  extend(reachable, sampled);
   std::vector<Candidate> candidates = candidates_of(blends, cost);
   sort_by(candidates, [](const Candidate& candidate) { return candidate.hope; });
   const Candidate* best = nullptr;
@@ -404,6 +437,11 @@ BlendSearch::BlendSearch(const StyleModel& model, int fragment, const SearchOpti
   for (std::size_t p = 0; p < pairs_.size(); ++p)
     z.col(static_cast<Eigen::Index>(p)) = features_of(model, pairs_[p].i, pairs_[p].j);
   sampled_ = sample_blends(model, std::move(z), options.samples);
+  const std::vector<double> margins = margins_of(model, neighbors_);
+  const auto margin = [&](int known) { return margins[static_cast<std::size_t>(known)]; };
+  for (std::size_t p = 0; p < pairs_.size(); ++p)
+    sampled_.ranges[p] = where_positive(margin(pairs_[p].i), margin(pairs_[p].j));
+  std::erase_if(neighbors_, [&](int known) { return margin(known) < 0.0; });
 }
 
 BlendChoice BlendSearch::best(const EffortTarget& target) const {
@@ -475,8 +513,7 @@ std::vector<FactorRange> BlendSearch::reachable() const {
     const auto& label = model_->fragments[static_cast<std::size_t>(k)].effort;
     extend(reachable, effort::to_vector(*label, factors));
   }
-  for (Eigen::Index c = 0; c < sampled_.curves.cols(); ++c)
-    extend(reachable, sampled_.curves.col(c));
+  extend(reachable, sampled_);
   return reachable;
 }
 

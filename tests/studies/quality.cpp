@@ -1,12 +1,12 @@
-// Are styled clips as clean as captures? The figures: ten clips, each of one performer (or
-// style) whom the model does not know, given four targets; foot skate, toes in the floor,
-// acceleration at joins and jerk beside those of the captures that the outputs are made of, with
-// and without held feet. Every second input joins three takes of the performer, so that there are
-// joins of another kind too.
+// Are styled clips as clean as captures? The figures: ten clips (or INPUTS), each of one
+// performer (or style) whom the model does not know, given four targets; foot skate, toes in the
+// floor, acceleration at joins and jerk beside those of the captures that the outputs are made of,
+// with and without held feet. Every second input joins three takes of the performer, so that there
+// are joins of another kind too.
 //
-// Usage: quality_study FOLDER PATTERN [ONLY] [WRITE_FOLDER]
+// Usage: quality_study FOLDER PATTERN [INPUTS [ONLY [WRITE_FOLDER]]]
 //   e.g. PATTERN 'dataset-1_{content}_{performer}_{take}'
-//   ONLY is an input's number, 0 .. 9, or "all"; inputs, outputs and sources are written to
+//   ONLY is an input's number from 0 on, or "all"; inputs, outputs and sources are written to
 //   WRITE_FOLDER as BVH, to be looked at.
 
 #include <algorithm>
@@ -44,8 +44,6 @@ namespace {
 using namespace laban;
 using studies::Take;
 
-constexpr int kInputs = 10;
-
 struct Input {
   std::string name;
   std::string performer;
@@ -67,10 +65,10 @@ motion::Capture joined(const std::vector<const Take*>& takes) {
           first.humanoid.without_t_pose_frame()};
 }
 
-std::vector<Input> choose_inputs(const std::vector<Take>& takes) {
+std::vector<Input> choose_inputs(const std::vector<Take>& takes, std::size_t count) {
   const std::vector<std::string> performers = studies::performers_of(takes);
   std::vector<Input> inputs;
-  for (std::size_t n = 0; n < kInputs; ++n) {
+  for (std::size_t n = 0; n < count; ++n) {
     const std::string& performer = performers[n % performers.size()];
     std::vector<const Take*> own;
     for (const Take& take : takes) {
@@ -146,7 +144,9 @@ struct Row {
   double above_source_floor_m = 0.0;  ///< 2nd percentile of toe height over the sources' floor
   std::optional<double> content_ratio;
   int snippets = 0;
-  int named = 0;  ///< snippets whose nearest group is still the action
+  int named = 0;               ///< snippets whose nearest group is still the action
+  double missed_alone = 0.0;   ///< by what is asked, Effort points, each snippet's blend by itself
+  double missed_joined = 0.0;  ///< the same of its frames of the output
   std::string misnamed;
 };
 
@@ -268,6 +268,18 @@ Ceiling ceiling(const transfer::StyleModel& model, const std::vector<transfer::F
   return found;
 }
 
+void measure_misses(const transfer::StyleModel& model, const transfer::AppliedStyle& applied,
+                    Row& row) {
+  for (const transfer::AppliedSnippet& snippet : applied.snippets) {
+    if (snippet.kept) continue;
+    const auto joined = effort::observe(
+        effort::describe(applied.pose.slice(snippet.output_begin, snippet.output_end)),
+        model.observer, snippet.content);
+    row.missed_alone += snippet.asked.distance_to(effort::to_vector(snippet.measured.effort));
+    row.missed_joined += snippet.asked.distance_to(effort::to_vector(joined.effort));
+  }
+}
+
 struct Column {
   std::vector<double> values;
   void print(const char* name, const char* unit) const {
@@ -281,6 +293,7 @@ struct Column {
 void print_table(const char* title, const std::vector<Row>& rows, double capture_skate) {
   Column skate, own_skate, sunk, sunk_source, jerk, joins, contents;
   int snippets = 0, named = 0, named_applies = 0;
+  double missed_alone = 0.0, missed_joined = 0.0;
   int skate_held = 0, sunk_held = 0, jerk_held = 0, joins_held = 0;
   for (const Row& row : rows) {
     const auto& q = row.quality;
@@ -295,6 +308,8 @@ void print_table(const char* title, const std::vector<Row>& rows, double capture
     if (row.content_ratio) contents.values.push_back(*row.content_ratio);
     snippets += row.snippets;
     named += row.named;
+    missed_alone += row.missed_alone;
+    missed_joined += row.missed_joined;
     named_applies += row.named == row.snippets ? 1 : 0;
     if (!q.join_percentile) continue;
     joins.values.push_back(*q.join_percentile);
@@ -313,6 +328,8 @@ void print_table(const char* title, const std::vector<Row>& rows, double capture
   contents.print("content: DTW cost to the input over the usual one (bar 1)", "");
   std::printf("  nearest group names the action: %d of %d snippets, all snippets of %d of %zu\n",
               named, snippets, named_applies, rows.size());
+  std::printf("  what is asked is missed by %.3f Effort points, %.3f before snippets are joined\n",
+              missed_joined / snippets, missed_alone / snippets);
   std::printf("  within the bar: skate %d, toes %d, jerk %d of %zu; joins %d of %zu\n", skate_held,
               sunk_held, jerk_held, rows.size(), joins_held, joins.values.size());
 }
@@ -364,6 +381,7 @@ Captures print_captures(const std::vector<Take>& takes) {
 struct Study {
   std::filesystem::path folder;
   std::string pattern;
+  std::size_t inputs = 10;
   std::optional<std::size_t> only;             ///< one input alone
   std::optional<std::filesystem::path> write;  ///< where clips are put to be looked at
 };
@@ -415,6 +433,7 @@ Row measure(const transfer::StyleModel& model, const ActionNamer& namer, const A
   row.joins = static_cast<int>(styled.joins.size());
   row.content_ratio = transfer::content_ratio(model, apply.applied, pose);
   count_named(model, namer, apply.applied, row);
+  measure_misses(model, apply.applied, row);
   if (styled.floor && apply.sources.floor) {
     row.above_source_floor_m =
         row.quality.output.toe_height_m + styled.floor->toe_m - apply.sources.floor->toe_m;
@@ -428,7 +447,7 @@ void run(const Study& study) {
   const std::vector<Take> takes = studies::read_takes(study.folder, study.pattern);
   const std::vector<transfer::Fragment> fragments = studies::fragments_of(takes);
   const Captures captures = print_captures(takes);
-  const std::vector<Input> inputs = choose_inputs(takes);
+  const std::vector<Input> inputs = choose_inputs(takes, study.inputs);
   std::map<std::string, Ceiling> ceilings;
   std::vector<Row> off, on;
   for (std::size_t n = 0; n < inputs.size(); ++n) {
@@ -464,15 +483,16 @@ void run(const Study& study) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3 || argc > 5) {
-    std::fprintf(stderr, "usage: quality_study FOLDER PATTERN [ONLY [WRITE_FOLDER]]\n");
+  if (argc < 3 || argc > 6) {
+    std::fprintf(stderr, "usage: quality_study FOLDER PATTERN [INPUTS [ONLY [WRITE_FOLDER]]]\n");
     return 2;
   }
   try {
-    Study study{argv[1], argv[2], std::nullopt, std::nullopt};
-    if (argc > 3 && std::string(argv[3]) != "all")
-      study.only = static_cast<std::size_t>(std::atoi(argv[3]));
-    if (argc > 4) study.write = argv[4];
+    Study study{argv[1], argv[2]};
+    if (argc > 3) study.inputs = static_cast<std::size_t>(std::atoi(argv[3]));
+    if (argc > 4 && std::string(argv[4]) != "all")
+      study.only = static_cast<std::size_t>(std::atoi(argv[4]));
+    if (argc > 5) study.write = argv[5];
     run(study);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "quality_study: %s\n", error.what());

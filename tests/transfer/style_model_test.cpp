@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "laban/align/dtw.h"
 #include "laban/base/container.h"
 #include "laban/base/error.h"
 #include "laban/transfer/style_search.h"
@@ -22,6 +23,7 @@ TEST(StyleModel, ReadsBackAsItWasWritten) {
   const StyleModel back = read_style_model(bytes, "toy.laban");
   EXPECT_EQ(write_style_model(back), bytes);
   EXPECT_EQ(back.neighbors, model.neighbors);
+  EXPECT_EQ(back.content_margins, model.content_margins);
   const EffortTarget target{{1.0, std::nullopt, -1.0}, {1.0, 1.0, 1.0, 1.0}};
   const BlendChoice a = search_blend(model, 2, target);
   const BlendChoice b = search_blend(back, 2, target);
@@ -43,6 +45,41 @@ TEST(StyleModel, AFragmentIsItsOwnNearestNeighbourAndNeighboursShareItsContent) 
       EXPECT_EQ(model.fragments[static_cast<std::size_t>(j)].content, model.fragments[i].content);
     }
   }
+}
+
+TEST(StyleModel, ContentMarginsAreWhatAlignmentsOfAllPairsSay) {
+  const StyleModel& model = test::toy_model();
+  ASSERT_EQ(model.content_margins.size(), model.fragments.size());
+  for (std::size_t i = 0; i < model.fragments.size(); ++i) {
+    double own = 1e9, other = 1e9;
+    for (std::size_t k = 0; k < model.fragments.size(); ++k) {
+      if (k == i) continue;
+      const double cost =
+          align::dtw_cost(model.database.features()[i], model.database.features()[k]).mean_cost();
+      double& least = model.fragments[k].content == model.fragments[i].content ? own : other;
+      least = std::min(least, cost);
+    }
+    EXPECT_NEAR(model.content_margins[i], other - own, 1e-4 * other) << i;
+    EXPECT_GT(model.content_margins[i], 0.0) << "swings and circles are not alike";
+  }
+}
+
+TEST(StyleModel, AFragmentThatLooksLikeAnotherContentHasANegativeMargin) {
+  StyleCorpus corpus = test::toy_corpus();
+  corpus.fragments[0].content = "circle";  // a swing
+  std::erase_if(corpus.blends,
+                [](const CorpusBlend& b) { return b.fragment_i == 0 || b.fragment_j == 0; });
+  const StyleModel model = train_style_model(corpus);
+  for (std::size_t i = 0; i < model.fragments.size(); ++i)
+    EXPECT_EQ(model.content_margins[i] < 0.0, i == 0) << i;
+}
+
+TEST(StyleModel, OneContentAloneHasNoMargins) {
+  StyleCorpus corpus = test::toy_corpus();
+  corpus.fragments.resize(6);  // the swings
+  std::erase_if(corpus.blends, [](const CorpusBlend& b) { return b.fragment_i >= 6; });
+  const StyleModel model = train_style_model(corpus);
+  EXPECT_THAT(model.content_margins, ::testing::Each(0.0));
 }
 
 TEST(StyleModel, AModelFromANewerVersionIsRefused) {
@@ -201,6 +238,7 @@ TEST(StyleModel, AFileOfFormatVersion1IsRead) {
   EXPECT_EQ(model.fragments[4].name, "circle_p1");
   EXPECT_EQ(model.fragments[4].content, "circle");
   EXPECT_EQ(model.frame_rate_hz(), 60.0);
+  EXPECT_THAT(model.content_margins, ::testing::ElementsAre(0, 0, 0, 0, 0, 0)) << "not known then";
   EXPECT_DOUBLE_EQ(model.fragments[4].pose.leg_length_m, 0.8);
   EXPECT_DOUBLE_EQ(model.fragments[4].effort->flow, 0.36);
   EXPECT_NEAR(

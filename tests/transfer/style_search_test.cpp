@@ -77,6 +77,48 @@ TEST(BlendSearch, WhatWasMeasuredIsAsGoodAsADenseScanOfCorrectedPairs) {
   EXPECT_FALSE(other.fragment_i == choice.fragment_i && other.fragment_j == choice.fragment_j);
 }
 
+TEST(BlendSearch, ChoosesOnlyWhatShowsItsContent) {
+  StyleModel model = test::toy_model();
+  // As if one swing looked like a circle: blends with it may be swings only near the other parent.
+  const int unclear = model.neighbors[1][2];
+  model.content_margins[static_cast<std::size_t>(unclear)] = -3.0;
+  const auto margin = [&](int k) { return model.content_margins[static_cast<std::size_t>(k)]; };
+  const BlendSearch search(model, 1, kPapers);
+  int with_unclear = 0;
+  for (const double flow : {-2.0, -1.0, 0.0, 1.0, 2.0}) {
+    for (const double weight : {-2.5, -1.0, 0.0, 1.0, 2.5}) {
+      const EffortTarget target{{flow, weight, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
+      std::vector<BlendChoice> choices = search.nearest_pairs(target, 100);
+      choices.push_back(search.best(target));
+      for (const BlendChoice& choice : choices) {
+        const double a = choice.alpha;
+        EXPECT_GE((1.0 - a) * margin(choice.fragment_i) + a * margin(choice.fragment_j), -1e-9);
+        if (choice.fragment_i == unclear || choice.fragment_j == unclear) ++with_unclear;
+      }
+    }
+  }
+  EXPECT_GT(with_unclear, 0) << "they are not shut out";
+  // What cannot be chosen is not told to be in reach.
+  const EffortTarget any{{0.0, std::nullopt, std::nullopt}, {1.0, 1.0, 1.0, 1.0}};
+  const auto whole = BlendSearch(test::toy_model(), 1, kPapers).best(any).reachable;
+  const auto kept = search.best(any).reachable;
+  for (std::size_t f = 0; f < kept.size(); ++f) {
+    EXPECT_GE(kept[f].low, whole[f].low);
+    EXPECT_LE(kept[f].high, whole[f].high);
+  }
+}
+
+TEST(BlendSearch, WhereNoContentIsClearAllMayBeChosen) {
+  StyleModel model = test::toy_model();
+  std::fill(model.content_margins.begin(), model.content_margins.end(), -1.0);
+  const EffortTarget target{{0.4, 0.9, std::nullopt}, {1.0, 2.0, 1.0, 1.0}};
+  const BlendChoice unclear = search_blend(model, 8, target);
+  const BlendChoice clear = search_blend(test::toy_model(), 8, target);
+  EXPECT_EQ(unclear.fragment_i, clear.fragment_i);
+  EXPECT_EQ(unclear.fragment_j, clear.fragment_j);
+  EXPECT_EQ(unclear.alpha, clear.alpha);
+}
+
 TEST(BlendSearch, NearestPairsBeginWithTheBestAndGrowWorse) {
   const StyleModel& model = test::toy_model();
   const EffortTarget target{{std::nullopt, 0.9, -0.3}, {1.0, 1.0, 1.0, 1.0}};

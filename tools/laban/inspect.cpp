@@ -113,11 +113,13 @@ void inspect_model(const InspectVerb& verb, const std::string& bytes) {
                {"metric_dimensions", model.database.metric().dimension_count()},
                {"fragments", Json::array()},
                {"record", Json::parse(model.record_json)}};
-  for (const transfer::Fragment& fragment : model.fragments) {
+  for (std::size_t n = 0; n < model.fragments.size(); ++n) {
+    const transfer::Fragment& fragment = model.fragments[n];
     json["fragments"].push_back({{"name", fragment.name},
                                  {"content", fragment.content},
                                  {"performer", fragment.performer},
                                  {"frames", fragment.pose.frame_count()},
+                                 {"content_margin", model.content_margins[n]},
                                  {"effort", to_json(*fragment.effort)}});
   }
   if (verb.common.json) {

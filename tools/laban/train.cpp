@@ -117,6 +117,11 @@ void print(const TrainVerb& verb, const transfer::StyleModel& model, const Label
                fits[static_cast<std::size_t>(effort::index_of(factor))].held_out_squared_error);
   }
   fmt::print("\n");
+  for (std::size_t n = 0; n < model.fragments.size(); ++n) {
+    if (model.content_margins[n] >= 0.0) continue;
+    fmt::print("'{}' looks less like others of '{}' than like another content; is it that?\n",
+               model.fragments[n].name, model.fragments[n].content);
+  }
 }
 
 void run(const TrainVerb& verb) {

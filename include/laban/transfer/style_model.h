@@ -28,6 +28,10 @@ struct StyleModel {
   /// For each fragment, the fragments of its content from the nearest on (itself first), by mean
   /// path cost: the K content neighbours are the first K (METHODS 1.1, 1.6).
   std::vector<std::vector<int>> neighbors;
+  /// Of each fragment, by how much the nearest other of its content is nearer than the nearest of
+  /// another content, in mean path cost: negative where it looks like something else. 0 where there
+  /// is no other content, or the model's file is older than this.
+  std::vector<double> content_margins;
   /// Of each content group: of matches of someone whom the metric does not know (unseen_costs).
   std::vector<align::GroupCostStatistics> match_costs;
   effort::ContentMap content_map;
