@@ -22,6 +22,10 @@ using Eigen::Vector3d;
 constexpr double kTolerance = 1.25;
 /// How far from the join the parts' own bends count, in half-lives.
 constexpr double kReachHalflives = 2.5;
+/// A join of parts that do not fit may bend this share of what the parts do, where offsets may take
+/// their time (JoinOptions::longest_halflife_s): in the parts hardly every joint bends most at
+/// once.
+constexpr double kCalmShare = 0.5;
 /// Reach of JoinOptions::most_jerk_share on either side of a join, seconds.
 constexpr double kCalmReachS = 0.5;
 /// y t after which an offset has died away: (1 + 30) e^-30 of it is left.
@@ -29,6 +33,13 @@ constexpr double kDiedAway = 30.0;
 
 /// (1 + x) e^-x = 1/2: half-life of the spring below times its rate.
 constexpr double kHalfway = 1.6783469900166605;
+/// What an ordinary movement of a joint, and of the hips' height, bends by: rad/s^2, leg
+/// lengths/s^2.
+constexpr double kUsualTurn = 20.0;
+constexpr double kUsualRise = 10.0;
+/// Of the steps, changes per second: leg lengths/s (over seconds), radians/s.
+constexpr double kUsualStep = 2.0;
+
 /// A critically damped spring about 0, sampled a frame apart:
 /// x(t) = (x0 + (v0 + y x0) t) e^(-y t).
 class Spring {
@@ -53,6 +64,34 @@ class Spring {
 
  private:
   double y_;  // per frame
+};
+
+/// How fast offsets decay.
+struct Decay {
+  double halflife_frames;
+  double longest_frames;
+  double rate_hz;
+
+  [[nodiscard]] bool is_adaptive() const { return longest_frames > halflife_frames; }
+  /// The spring for an offset whose first two samples are that long and that far apart, in motion
+  /// that may bend by `limit`: a spring bends by y^2 x + 2 y v at most.
+  [[nodiscard]] Spring spring(double length, double change, double limit,
+                              double usual_per_s2) const {
+    if (!is_adaptive()) return Spring(halflife_frames);
+    const double bend = std::max(limit, usual_per_s2 / (rate_hz * rate_hz));
+    return with_rate(bend / (change + std::sqrt(change * change + length * bend)));
+  }
+  /// The same for steps, which are velocities: from rest an offset changes by y x / e a frame.
+  [[nodiscard]] Spring step_spring(double length, double limit) const {
+    if (!is_adaptive() || length == 0.0) return Spring(halflife_frames);
+    const double change = std::max(limit, kUsualStep / (rate_hz * rate_hz));
+    return with_rate(std::numbers::e * change / length);
+  }
+
+ private:
+  [[nodiscard]] Spring with_rate(double y) const {
+    return Spring(std::clamp(kHalfway / y, halflife_frames, longest_frames));
+  }
 };
 
 /// `value`, shortened to `limit` if it is longer.
@@ -83,9 +122,9 @@ double largest_change(const Eigen::Ref<const Eigen::MatrixXd>& rows, Index begin
 struct Seam {
   const PoseMatrix& before;
   const PoseMatrix& after;
-  Index begin;    // frame of `out` that shows frame 0 of `after`
-  Index reach;    // frames on either side whose own bends count
-  Spring spring;  // by which offsets die away
+  Index begin;                    // frame of `out` that shows frame 0 of `after`
+  Index reach;                    // frames on either side whose own bends count
+  double tolerance = kTolerance;  // share of these that the join may bend
 };
 
 /// Offsets of a new part's first two frames that make the join bend no more than `limit`.
@@ -133,24 +172,46 @@ Neighbours neighbours_of(const Eigen::Ref<const Eigen::MatrixXd>& out,
 
 double bend_limit(const Seam& seam, const Eigen::Ref<const Eigen::MatrixXd>& before,
                   const Eigen::Ref<const Eigen::MatrixXd>& after) {
-  return kTolerance * std::max(largest_bend(before, before.cols() - seam.reach, before.cols()),
-                               largest_bend(after, 0, seam.reach));
+  return seam.tolerance * std::max(largest_bend(before, before.cols() - seam.reach, before.cols()),
+                                   largest_bend(after, 0, seam.reach));
 }
 
-/// The frames on one side of a seam that its offsets reach, from the one next to it on outwards.
+/// Whether poses and velocities continue over a seam as they would inside one motion.
+bool fits(const Seam& seam, const PoseMatrix& out) {
+  const auto continues = [&](const Neighbours& n, double limit) {
+    return (n.next - 2.0 * n.last + n.before_last).norm() <= limit &&
+           (n.after_next - 2.0 * n.next + n.last).norm() <= limit;
+  };
+  for (Index row = 0; row < kAngleRowCount; row += 3) {
+    const auto part = seam.after.angles.middleRows<3>(row);
+    Neighbours n = neighbours_of(out.angles.middleRows<3>(row), part, seam.begin);
+    const Vector3d step = n.after_next - n.next;
+    n.next = math::nearest_branch(n.next, n.last);
+    n.after_next = n.next + step;
+    if (!continues(n, bend_limit(seam, seam.before.angles.middleRows<3>(row), part))) return false;
+  }
+  return continues(neighbours_of(out.height, seam.after.height, seam.begin),
+                   bend_limit(seam, seam.before.height, seam.after.height));
+}
+
+/// Frames from a seam outwards: the one next to it is 0.
 struct Side {
   Index nearest;    ///< frame of the output
   Index direction;  ///< 1 behind the seam, -1 before it
   Index count;
   [[nodiscard]] Index frame(Index k) const { return nearest + direction * k; }
+  /// Frames that a spring's offset moves.
+  [[nodiscard]] Index moved_by(const Spring& spring) const {
+    return std::min(count, spring.reach());
+  }
 };
 
 /// An offset before the seam reaches over short parts.
 Side side_before(const Seam& seam) {
-  return {seam.begin - 1, -1, std::min(seam.begin, seam.spring.reach())};
+  return {seam.begin - 1, -1, seam.begin};
 }
 Side side_behind(const Seam& seam) {
-  return {seam.begin, 1, std::min<Index>(seam.after.frame_count(), seam.spring.reach())};
+  return {seam.begin, 1, seam.after.frame_count()};
 }
 
 /// Offsets of both sides that together make the join bend no more than `limit`: half of what the
@@ -168,8 +229,10 @@ SharedOffsets shared_offsets(const Neighbours& n, double limit) {
 
 /// Turns the frames of one side by an offset that dies away from the seam.
 /// @param nearest, second  the two frames next to the seam as they are.
-void turn_side(const Side& side, const Vector3d& nearest, const Vector3d& second,
-               const Offsets& offsets, const Spring& spring, Eigen::Ref<Eigen::MatrixXd> rows) {
+/// @returns how many frames it turned.
+Index turn_side(const Side& side, const Vector3d& nearest, const Vector3d& second,
+                const Offsets& offsets, double limit, const Decay& decay,
+                Eigen::Ref<Eigen::MatrixXd> rows) {
   // As rotations the offsets are free of branches: a jump never decays the long way round.
   const auto turn = [](const Vector3d& from, const Vector3d& by) {
     if (by.isZero(0.0)) return Vector3d(Vector3d::Zero());
@@ -178,14 +241,18 @@ void turn_side(const Side& side, const Vector3d& nearest, const Vector3d& second
   const Vector3d turn_nearest = turn(nearest, offsets.first);
   // Of one way round: near half a turn the second might point against the first.
   const Vector3d turn_second = math::nearest_branch(turn(second, offsets.second), turn_nearest);
-  if (turn_nearest.isZero(0.0) && turn_second.isZero(0.0)) return;
-  for (Index k = 0; k < side.count; ++k) {
+  if (turn_nearest.isZero(0.0) && turn_second.isZero(0.0)) return 0;
+  const Spring spring =
+      decay.spring(turn_nearest.norm(), (turn_second - turn_nearest).norm(), limit, kUsualTurn);
+  const Index moved = side.moved_by(spring);
+  for (Index k = 0; k < moved; ++k) {
     const auto [a, b] = spring.through_samples(static_cast<double>(k));
     const Vector3d offset = a * turn_nearest + b * turn_second;
     const Vector3d own = rows.col(side.frame(k));
     rows.col(side.frame(k)) =
         math::nearest_branch(math::log(math::exp(offset) * math::exp(own)), own);
   }
+  return moved;
 }
 
 /// Puts frames [begin, end) on the branch of the exponential map nearest to the frame before each.
@@ -197,7 +264,7 @@ void continue_branches(Index begin, Index end, Eigen::Ref<Eigen::MatrixXd> rows)
 }
 
 /// Joint rows `row` .. `row` + 2.
-void join_rotation(const Seam& seam, Index row, PoseMatrix& out) {
+void join_rotation(const Seam& seam, const Decay& decay, Index row, PoseMatrix& out) {
   const auto part = seam.after.angles.middleRows<3>(row);
   auto result = out.angles.middleRows<3>(row);
   const Index count = part.cols();
@@ -209,31 +276,33 @@ void join_rotation(const Seam& seam, Index row, PoseMatrix& out) {
       bend_limit(seam, seam.before.angles.middleRows<3>(row), seam.after.angles.middleRows<3>(row));
   const SharedOffsets offsets = shared_offsets(n, limit);
   result.middleCols(seam.begin, count) = part;
-  const Side before = side_before(seam);
-  turn_side(before, n.last, n.before_last, offsets.before, seam.spring, result);
-  turn_side(side_behind(seam), n.next, n.after_next, offsets.behind, seam.spring, result);
-  continue_branches(seam.begin - before.count, seam.begin + count, result);
+  const Index turned =
+      turn_side(side_before(seam), n.last, n.before_last, offsets.before, limit, decay, result);
+  turn_side(side_behind(seam), n.next, n.after_next, offsets.behind, limit, decay, result);
+  continue_branches(seam.begin - turned, seam.begin + count, result);
 }
 
-void raise_side(const Side& side, const Offsets& offsets, const Spring& spring,
+void raise_side(const Side& side, const Offsets& offsets, double limit, const Decay& decay,
                 Eigen::RowVectorXd& height) {
-  for (Index k = 0; k < side.count; ++k) {
+  const Spring spring = decay.spring(offsets.first.norm(), (offsets.second - offsets.first).norm(),
+                                     limit, kUsualRise);
+  for (Index k = 0; k < side.moved_by(spring); ++k) {
     const auto [a, b] = spring.through_samples(static_cast<double>(k));
     height(side.frame(k)) += a * offsets.first.x() + b * offsets.second.x();
   }
 }
 
-void join_height(const Seam& seam, PoseMatrix& out) {
+void join_height(const Seam& seam, const Decay& decay, PoseMatrix& out) {
   const Neighbours n = neighbours_of(out.height, seam.after.height, seam.begin);
   const double limit = bend_limit(seam, seam.before.height, seam.after.height);
   const SharedOffsets offsets = shared_offsets(n, limit);
   out.height.segment(seam.begin, seam.after.height.size()) = seam.after.height;
-  raise_side(side_before(seam), offsets.before, seam.spring, out.height);
-  raise_side(side_behind(seam), offsets.behind, seam.spring, out.height);
+  raise_side(side_before(seam), offsets.before, limit, decay, out.height);
+  raise_side(side_behind(seam), offsets.behind, limit, decay, out.height);
 }
 
 /// Steps [row, row + rows) of the new part: they are velocities, so one derivative less counts.
-void join_steps(const Seam& seam, Index row, Index rows, PoseMatrix& out) {
+void join_steps(const Seam& seam, const Decay& decay, Index row, Index rows, PoseMatrix& out) {
   // Column 0 of a part's steps is no step of its own.
   const auto own = [&](const PoseMatrix& part) {
     return part.steps.block(row, 1, rows, part.steps.cols() - 1);
@@ -255,15 +324,16 @@ void join_steps(const Seam& seam, Index row, Index rows, PoseMatrix& out) {
   Vector3d half_jump = Vector3d::Zero();  // half before the step over the join, half after it
   half_jump.head(rows) = 0.5 * (after.col(0) - result.col(seam.begin - 1));
   const double limit =
-      kTolerance *
+      seam.tolerance *
       std::max(largest_change(steps_before, steps_before.cols() - seam.reach, steps_before.cols()),
                largest_change(after, 0, seam.reach));
   const Vector3d allowed = limited(half_jump, limit);
   const Eigen::VectorXd offset = (half_jump - allowed).head(rows);  // of either side
-  const auto left = [&](Index k) { return seam.spring.from_rest(static_cast<double>(k)) * offset; };
+  const Spring spring = decay.step_spring(offset.norm(), limit);
+  const auto left = [&](Index k) { return spring.from_rest(static_cast<double>(k)) * offset; };
   const Side before = side_before(seam);
-  for (Index k = 0; k < before.count; ++k) result.col(before.frame(k)) += left(k);
-  for (Index k = 0; k < std::min(after.cols(), seam.spring.reach()); ++k)
+  for (Index k = 0; k < before.moved_by(spring); ++k) result.col(before.frame(k)) += left(k);
+  for (Index k = 0; k < std::min(after.cols(), spring.reach()); ++k)
     result.col(seam.begin + 1 + k) -= left(k);
   result.col(seam.begin) = 0.5 * (result.col(seam.begin - 1) + result.col(seam.begin + 1));
 }
@@ -317,6 +387,11 @@ std::vector<std::string> JoinOptions::problems() const {
     list.push_back("JoinOptions::halflife_s = " + std::to_string(halflife_s) +
                    " (must be a finite number > 0)");
   }
+  if (longest_halflife_s &&
+      !(*longest_halflife_s >= halflife_s && std::isfinite(*longest_halflife_s))) {
+    list.push_back("JoinOptions::longest_halflife_s = " + std::to_string(*longest_halflife_s) +
+                   " (must be a finite number >= halflife_s)");
+  }
   if (most_jerk_share && !(*most_jerk_share > 0.0 && std::isfinite(*most_jerk_share))) {
     list.push_back("JoinOptions::most_jerk_share = " + std::to_string(*most_jerk_share) +
                    " (must be a finite number > 0)");
@@ -336,16 +411,19 @@ PoseMatrix concatenate(std::span<const PoseMatrix> parts, const JoinOptions& opt
   out.height.conservativeResize(count);
   out.steps.conservativeResize(Eigen::NoChange, count);
   const double halflife_frames = options.halflife_s * out.frame_rate_hz;
+  const Decay decay{halflife_frames,
+                    options.longest_halflife_s.value_or(options.halflife_s) * out.frame_rate_hz,
+                    out.frame_rate_hz};
   Index begin = parts[0].frame_count();
   for (std::size_t n = 1; n < parts.size(); ++n) {
     // At least the five frames that have three second differences.
-    const Seam seam{parts[n - 1], parts[n], begin,
-                    std::max<Index>(5, std::lround(kReachHalflives * halflife_frames)),
-                    Spring(halflife_frames)};
-    for (Index row = 0; row < kAngleRowCount; row += 3) join_rotation(seam, row, out);
-    join_height(seam, out);
-    join_steps(seam, 0, 2, out);
-    join_steps(seam, 2, 1, out);
+    Seam seam{parts[n - 1], parts[n], begin,
+              std::max<Index>(5, std::lround(kReachHalflives * halflife_frames))};
+    if (decay.is_adaptive() && !fits(seam, out)) seam.tolerance = kCalmShare;
+    for (Index row = 0; row < kAngleRowCount; row += 3) join_rotation(seam, decay, row, out);
+    join_height(seam, decay, out);
+    join_steps(seam, decay, 0, 2, out);
+    join_steps(seam, decay, 2, 1, out);
     begin += parts[n].frame_count();
   }
   if (parts.size() > 1 && count > 1) out.steps.col(0) = out.steps.col(1);

@@ -59,7 +59,8 @@ motion::Capture joined(const std::vector<const Take*>& takes) {
         motion::resample(motion::to_pose_matrix(take->capture.clip, take->capture.humanoid),
                          first.clip.frame_rate_hz()));
   }
-  motion::PoseMatrix all = motion::concatenate(parts);
+  // As calm as outputs are: what an input does where its takes meet is not the output's doing.
+  motion::PoseMatrix all = motion::concatenate(parts, transfer::ApplyOptions{}.join);
   all.leg_length_m = first.humanoid.leg_length_m();
   return {motion::from_pose_matrix(all, first.humanoid, first.clip),
           first.humanoid.without_t_pose_frame()};

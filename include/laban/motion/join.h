@@ -12,6 +12,10 @@ namespace laban::motion {
 struct JoinOptions {
   /// Half-life of the offset that a join leaves, seconds, > 0 (DESIGN 5).
   double halflife_s = 0.1;
+  /// A larger half-life for offsets so large that their decay would bend the motion more than its
+  /// parts do near the join (or, where those hardly move, than an ordinary movement does), up to
+  /// this, seconds; nullopt: halflife_s always.
+  std::optional<double> longest_halflife_s;
   /// Within half a second of a join, jerk is held to this share of the largest that the parts
   /// beside it have anywhere, by a local low-pass (calm_locally), > 0; nullopt: left as it is.
   std::optional<double> most_jerk_share;

@@ -40,8 +40,9 @@ struct ApplyOptions {
   /// Blends that are played and measured for a snippet, >= 1 (see choose_blend): 1 answers at once,
   /// as while a slider moves.
   int tries = kTries;
-  /// Around a join, what jerks more than half as much as the fragments at most is calmed.
-  motion::JoinOptions join = {.most_jerk_share = 0.5};
+  /// Offsets of joins that would bend the motion more than the fragments themselves decay up to
+  /// twice as slowly, and what jerks more than half as much as the fragments at most is calmed.
+  motion::JoinOptions join = {.longest_halflife_s = 0.2, .most_jerk_share = 0.5};
   /// How fast fragments may play in a blend; in (1, 4].
   double fastest_play = kFastestPlay;
   /// A snippet that matches no content is an error; otherwise it is kept as captured and reported.

@@ -151,8 +151,8 @@ inline constexpr double kLeastGain = 0.02;
 /// are linear in alpha but for a term that all have in common, so by how much its own content is
 /// nearer than any other is taken to be (1 - alpha) m_i + alpha m_j, m being
 /// StyleModel::content_margins; where that is negative, nothing is chosen. (Of 917 snippets made of
-/// Bandai's captures it named 11 of the 11 that a nearest-group classifier took for another action,
-/// and one more.) Not asked where no neighbour has a margin.
+/// Bandai's captures that held for 12, 11 of them all those that a nearest-group classifier took
+/// for another action.) Not asked where no neighbour has a margin.
 ///
 /// Pairs are refined from the most promising on, as long as the steps between samples leave hope
 /// for better. (Where many pairs meet the target, the one that meets it to the last digit is one
