@@ -28,8 +28,8 @@ constexpr double kReachHalflives = 2.5;
 constexpr double kCalmShare = 0.5;
 /// Reach of JoinOptions::most_jerk_share on either side of a join, seconds.
 constexpr double kCalmReachS = 0.5;
-/// y t after which an offset has died away: (1 + 30) e^-30 of it is left.
-constexpr double kDiedAway = 30.0;
+/// y t after which an offset has died away: (1 + 16) e^-16, some 2e-6 of it, is left.
+constexpr double kDiedAway = 16.0;
 
 /// (1 + x) e^-x = 1/2: half-life of the spring below times its rate.
 constexpr double kHalfway = 1.6783469900166605;
