@@ -190,6 +190,16 @@ AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,
   return restyle(memory, segmented, asked, options, progress);
 }
 
+std::vector<effort::Observation> measure_snippets(const StyleModel& model,
+                                                  const AppliedStyle& applied) {
+  std::vector<effort::Observation> measured;
+  for (const AppliedSnippet& snippet : applied.snippets) {
+    const motion::PoseMatrix own = applied.pose.slice(snippet.output_begin, snippet.output_end);
+    measured.push_back(effort::observe(effort::describe(own), model.observer, snippet.content));
+  }
+  return measured;
+}
+
 AppliedStyle apply_style(const StyleModel& model, const motion::PoseMatrix& input,
                          const EffortTarget& target, const ApplyOptions& options) {
   base::require_none(target.problems());

@@ -271,13 +271,12 @@ Ceiling ceiling(const transfer::StyleModel& model, const std::vector<transfer::F
 
 void measure_misses(const transfer::StyleModel& model, const transfer::AppliedStyle& applied,
                     Row& row) {
-  for (const transfer::AppliedSnippet& snippet : applied.snippets) {
+  const auto joined = transfer::measure_snippets(model, applied);
+  for (std::size_t n = 0; n < joined.size(); ++n) {
+    const transfer::AppliedSnippet& snippet = applied.snippets[n];
     if (snippet.kept) continue;
-    const auto joined = effort::observe(
-        effort::describe(applied.pose.slice(snippet.output_begin, snippet.output_end)),
-        model.observer, snippet.content);
     row.missed_alone += snippet.asked.distance_to(effort::to_vector(snippet.measured.effort));
-    row.missed_joined += snippet.asked.distance_to(effort::to_vector(joined.effort));
+    row.missed_joined += snippet.asked.distance_to(effort::to_vector(joined[n].effort));
   }
 }
 

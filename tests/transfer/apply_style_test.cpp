@@ -73,6 +73,24 @@ TEST(ApplyStyle, PosesDoNotJumpAtJoins) {
   EXPECT_LE(largest, 1.5 * largest_inside);
 }
 
+TEST(MeasureSnippets, IsOfTheOutputWhereSnippetsAreJoined) {
+  const StyleModel& model = test::toy_model();
+  const AppliedStyle one = apply_style(model, test::toy_clip(true, 1.1, 0.95, 0.05), strong());
+  ASSERT_EQ(one.snippets.size(), 1U);
+  EXPECT_EQ(measure_snippets(model, one).front().effort, one.snippets.front().measured.effort)
+      << "nothing is joined";
+  const AppliedStyle two = apply_style(model, two_actions(), strong());
+  const auto measured = measure_snippets(model, two);
+  ASSERT_EQ(measured.size(), two.snippets.size());
+  for (std::size_t n = 0; n < measured.size(); ++n) {
+    const AppliedSnippet& snippet = two.snippets[n];
+    EXPECT_NE(measured[n].effort, snippet.measured.effort) << n;
+    const motion::PoseMatrix shown = two.pose.slice(snippet.output_begin, snippet.output_end);
+    EXPECT_EQ(measured[n].effort,
+              effort::observe(effort::describe(shown), model.observer, snippet.content).effort);
+  }
+}
+
 TEST(ApplyStyle, WhatMatchesNoContentIsKeptAndReportedOrRefused) {
   // Arm and leg whirl at once, far beyond either action.
   motion::PoseMatrix strange = test::toy_clip(false, 1.0, 1.0, 0.0);

@@ -143,6 +143,8 @@ StyledFile style_segmented(const Styling& styling, SegmentedClip clip, transfer:
   transfer::StyledClip styled =
       transfer::play_style(model, applied, capture, {.hold_feet = !styling.options.no_foot_fix});
   const double seconds_taken = clip.seconds_taken + seconds_since(begin);
+  const auto measured = transfer::measure_snippets(model, applied);
+  for (std::size_t n = 0; n < measured.size(); ++n) applied.snippets[n].measured = measured[n];
   const transfer::StyledQuality quality = transfer::measure_styled(
       styled, transfer::play_sources(model, applied, capture), capture.humanoid);
   const std::optional<double> content =

@@ -81,7 +81,7 @@ struct AppliedSnippet {
   /// Share of the input's own motion, 0 .. 1: what the output is compared with includes it.
   double own_share = 0.0;
   effort::Observation before;    ///< the input's snippet, as the kinematic observer sees it
-  effort::Observation measured;  ///< the snippet after synthesis
+  effort::Observation measured;  ///< the snippet after synthesis, by itself: see measure_snippets
 };
 
 /// An input in another style, on the standard humanoid, at the model's rate.
@@ -114,6 +114,12 @@ struct AppliedStyle {
 [[nodiscard]] AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented,
                                    const AskedEffort& asked, const ApplyOptions& options = {},
                                    base::Progress* progress = nullptr);
+
+/// What the observer says of each snippet's frames of the output, joins included. What a body does
+/// from one action to the next is none of a blend's own: where little moves it may change what is
+/// measured by an Effort point.
+[[nodiscard]] std::vector<effort::Observation> measure_snippets(const StyleModel& model,
+                                                                const AppliedStyle& applied);
 
 /// segment_input, then restyle: METHODS 1.5-1.6.
 /// @throws as these.
