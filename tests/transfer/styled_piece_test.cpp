@@ -199,7 +199,8 @@ TEST(Restyle, WhereACurveAsksNothingTheInputIsKept) {
   // Long before the join, the first action is the input's.
   const int far = segmented.snippets.front().end - 48;
   ASSERT_GT(far, 0);
-  EXPECT_LT((applied.pose.angles - input.angles).leftCols(far).cwiseAbs().maxCoeff(), 0.01);
+  EXPECT_LT((applied.pose.angles.leftCols(far) - input.angles.leftCols(far)).cwiseAbs().maxCoeff(),
+            0.01);
 }
 
 // What a memory knows from other targets, and other searches, changes nothing.
