@@ -14,7 +14,8 @@ struct JoinOptions {
   double halflife_s = 0.1;
   /// A larger half-life for offsets so large that their decay would bend the motion more than its
   /// parts do near the join (or, where those hardly move, than an ordinary movement does), up to
-  /// this, seconds; nullopt: halflife_s always.
+  /// this, seconds; nullopt: halflife_s always. With it, a join of parts that do not fit may bend
+  /// half as much as they do, not 1.25 times.
   std::optional<double> longest_halflife_s;
   /// Within half a second of a join, jerk is held to this share of the largest that the parts
   /// beside it have anywhere, by a local low-pass (calm_locally), > 0; nullopt: left as it is.
