@@ -440,12 +440,14 @@ Verdict Estimate::verdict() const noexcept {
 
 std::optional<FifthStanding> FactorReport::fifth_standing() const {
   std::optional<FifthStanding> standing;
+  const auto interpolation = position_of(*this, RegressorKind::kLinearInterpolation);
   for (const PairedDifference& paired : differences) {
     if (paired.model != RegressorKind::kResidualKernelRidge) continue;
     if (!standing) standing.emplace();
     const Verdict verdict = paired.difference.verdict();
     if (paired.against == RegressorKind::kLinearInterpolation) {
       standing->below_interpolation = verdict == Verdict::kBelow;
+      standing->could_be_below = models[*interpolation].error.verdict() == Verdict::kAbove;
     } else if (verdict == Verdict::kAbove) {
       standing->not_above_others = false;
     }

@@ -269,12 +269,38 @@ TEST(Evaluate, FindsTheFifthBelowInterpolationWhereTheTruthIsAndWithinNoiseWhere
         ASSERT_EQ(factor.differences.size(), 5U);  // three against interpolation, fifth against two
         ASSERT_TRUE(factor.fifth_standing().has_value());
         EXPECT_EQ(factor.fifth_standing()->below_interpolation, beyond);
+        EXPECT_TRUE(factor.fifth_standing()->could_be_below);
         EXPECT_TRUE(factor.fifth_standing()->not_above_others);
         for (const PairedDifference& paired : factor.differences) {
           EXPECT_LE(paired.difference.low, paired.difference.mean);
           EXPECT_GE(paired.difference.high, paired.difference.mean);
         }
       }
+    }
+  }
+}
+
+TEST(Evaluate, TellsWhetherAModelWithoutErrorWouldBeBelowInterpolation) {
+  // Four performers, 26 blends each of their own. Noise everywhere is missed by as much in each of
+  // them: a model without error would be surely better. Interpolation that errs with one performer
+  // alone may be right with all others that there are: nothing can be surely better.
+  ParentGroups performers;
+  performers.names = {"a", "b", "c", "d"};
+  for (int n = 0; n < 104; ++n) performers.first.push_back(n % 4);
+  performers.second = performers.first;
+  for (const bool everywhere : {true, false}) {
+    SCOPED_TRACE(everywhere ? "noise everywhere" : "one performer apart");
+    base::Rng rng(2);
+    StyleSamples samples = invent_blends({.count = 104, .noise = everywhere ? 1.0 : 0.0}, rng);
+    for (int n = 0; n < 104 && !everywhere; n += 4) samples.labels.col(n).array() += rng.normal();
+    EvaluationOptions options = quick(2);
+    options.models = {RegressorKind::kResidualKernelRidge};
+    const EvaluationReport report =
+        evaluate_leaving_one_out(samples, performers, Protocol::kLeavePerformerOut, {}, options);
+    for (const FactorReport& factor : report.factors) {
+      ASSERT_TRUE(factor.fifth_standing().has_value());
+      EXPECT_FALSE(factor.fifth_standing()->below_interpolation);
+      EXPECT_EQ(factor.fifth_standing()->could_be_below, everywhere);
     }
   }
 }

@@ -55,6 +55,7 @@ Json json_of(const FactorReport& factor) {
   }
   if (const auto standing = factor.fifth_standing()) {
     json["fifth_standing"] = {{"below_linear_interpolation", standing->below_interpolation},
+                              {"could_be_below_linear_interpolation", standing->could_be_below},
                               {"not_above_the_others", standing->not_above_others}};
   }
   return json;
@@ -130,9 +131,12 @@ std::string models_below_fifth(const FactorReport& factor) {
 std::string standing_text(const FactorReport& factor) {
   const auto standing = factor.fifth_standing();
   if (!standing) return {};
-  return fmt::format("{:<8}{} is {} linear interpolation and {}\n", effort::name_of(factor.factor),
+  const bool untold = !standing->below_interpolation && !standing->could_be_below;
+  return fmt::format("{:<8}{} is {} linear interpolation{} and {}\n",
+                     effort::name_of(factor.factor),
                      effort::name_of(RegressorKind::kResidualKernelRidge),
                      standing->below_interpolation ? "below" : "NOT below",
+                     untold ? " (too few to tell: nor would a model without error be)" : "",
                      standing->not_above_others ? "not above any of the others"
                                                 : "ABOVE " + models_below_fifth(factor));
 }

@@ -128,7 +128,10 @@ struct PairedDifference {
 /// What the paired differences say of the fifth regressor, at 95 %.
 struct FifthStanding {
   bool below_interpolation = false;  ///< its interval against linear interpolation is below zero
-  bool not_above_others = true;      ///< none of those against the paper's other three is above
+  /// The interval of linear interpolation's own error is above zero. If it is not, these blends and
+  /// performers cannot tell: not even a model without error would be surely below.
+  bool could_be_below = false;
+  bool not_above_others = true;  ///< none of those against the paper's other three is above
 };
 
 struct FactorReport {
