@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "laban/base/error.h"
 
+#include "transfer/blend_tries.h"
 #include "transfer/styled_piece.h"
 
 namespace laban::transfer {
@@ -30,16 +32,23 @@ void require_matches(const StyleModel& model, const SegmentedInput& segmented) {
   }
 }
 
-/// A snippet as it is asked for: its motion, and the report of it but for its place in the output.
-struct Restyled {
-  AppliedSnippet report;
-  StyledPiece piece;
+/// A snippet of the input, what is asked of it, and what may be played for that.
+struct Styling {
+  const InputSnippet* own = nullptr;
+  EffortTarget asked;
+  std::optional<BlendTries> tries;     ///< none: kept, or set by hand
+  std::optional<ChosenBlend> by_hand;  ///< if it is
+
+  /// The blend that is played; null: it is kept as captured.
+  [[nodiscard]] const ChosenBlend* blend() const {
+    return tries ? &tries->best() : by_hand ? &*by_hand : nullptr;
+  }
 };
 
-StyledPiece piece_of(const StyleModel& model, const InputSnippet& own, PlayedChoice played,
+StyledPiece piece_of(const StyleModel& model, const InputSnippet& own, const PlayedChoice& played,
                      const ApplyOptions& options) {
   StyledPiece piece = options.detail == Detail::kResidual ? restyled_in_detail(own, model, played)
-                                                          : replaced(own, std::move(played));
+                                                          : replaced(own, played);
   if (options.strength < 1.0) piece = mixed(own, piece, options.strength);
   if (options.keep_timing) piece = with_own_timing(own, piece);
   return piece;
@@ -62,40 +71,65 @@ void require_snippets(const SegmentedInput& segmented, const ApplyOptions& optio
   }
 }
 
-Restyled restyle(PlayMemory& memory, const InputSnippet& own, const EffortTarget& asked,
-                 const BlendByHand* set, const ApplyOptions& options) {
-  const StyleModel& model = memory.model();
-  Restyled restyled;
-  AppliedSnippet& report = restyled.report;
+/// Every snippet with what is tried for it by itself.
+std::vector<Styling> stylings_of(PlayMemory& memory, const SegmentedInput& segmented,
+                                 const AskedEffort& asked, const ApplyOptions& options,
+                                 base::Progress* progress) {
+  const double rate_hz = segmented.input.frame_rate_hz;
+  std::vector<Styling> stylings;
+  for (const InputSnippet& own : segmented.snippets) {
+    base::tell(progress, static_cast<double>(own.begin) / segmented.input.frame_count());
+    const BlendByHand* set = by_hand(options, static_cast<int>(stylings.size()));
+    Styling& styling = stylings.emplace_back();
+    styling.own = &own;
+    styling.asked =
+        asked.of_snippet(own.begin / rate_hz, own.end - own.begin, rate_hz, own.before.effort);
+    if (set != nullptr) {
+      styling.by_hand =
+          blend_by_hand(memory, own.fragment, set->fragment_i, set->fragment_j, set->alpha,
+                        styling.asked, options.search, options.fastest_play);
+    } else if (own.matches() && !styling.asked.is_free()) {
+      styling.tries.emplace(memory, own.fragment, styling.asked, options.search,
+                            options.fastest_play);
+      while (styling.tries->count() < options.tries && styling.tries->try_next()) {
+      }
+    }
+  }
+  return stylings;
+}
+
+AppliedSnippet report_of(const Styling& styling) {
+  const InputSnippet& own = *styling.own;
+  AppliedSnippet report;
   report.begin = own.begin;
   report.end = own.end;
   report.fragment = own.fragment;
   report.content = own.content;
   report.match_cost = own.match_cost;
   report.match_threshold = own.match_threshold;
-  report.kept = set == nullptr && (!own.matches() || asked.is_free());
-  report.asked = asked;
+  report.asked = styling.asked;
   report.before = own.before;
-  if (report.kept) {
+  return report;
+}
+
+/// A snippet's motion; how it came about goes into the report.
+StyledPiece piece_of(const StyleModel& model, const Styling& styling, const ApplyOptions& options,
+                     AppliedSnippet& report) {
+  const InputSnippet& own = *styling.own;
+  const ChosenBlend* blend = styling.blend();
+  if (blend == nullptr) {
+    report.kept = true;
     report.own_share = 1.0;
     report.measured = own.before;
-    restyled.piece = as_captured(own);
-    return restyled;
+    return as_captured(own);
   }
   report.own_share = 1.0 - options.strength;
-  ChosenBlend chosen = set == nullptr
-                           ? choose_blend(memory, own.fragment, asked, options.search,
-                                          options.tries, options.fastest_play)
-                           : blend_by_hand(memory, own.fragment, set->fragment_i, set->fragment_j,
-                                           set->alpha, asked, options.search, options.fastest_play);
-  report.choice = std::move(chosen.choice);
-  report.measured = chosen.measured;
-  restyled.piece = piece_of(model, own, std::move(chosen.played), options);
-  if (!options.plays_the_blend()) {
-    report.measured =
-        effort::observe(effort::describe(restyled.piece.pose), model.observer, own.content);
-  }
-  return restyled;
+  report.choice = blend->choice;
+  report.measured = blend->measured;
+  StyledPiece piece = piece_of(model, own, blend->played, options);
+  if (!options.plays_the_blend())
+    report.measured = effort::observe(effort::describe(piece.pose), model.observer, own.content);
+  return piece;
 }
 
 /// Pieces know no step from one to the next, and a join makes one up; where both are the input's
@@ -110,6 +144,84 @@ void restore_own_steps(AppliedStyle& applied, const motion::PoseMatrix& input) {
     const Eigen::Vector3d made_up = 0.5 * (input.steps.col(at - 1) + input.steps.col(at + 1));
     applied.pose.steps.col(after.output_begin) += share * (input.steps.col(at) - made_up);
   }
+}
+
+/// The snippets as they are played now, joined.
+AppliedStyle joined(const StyleModel& model, const SegmentedInput& segmented,
+                    std::span<const Styling> stylings, const ApplyOptions& options) {
+  AppliedStyle applied;
+  applied.keeps_timing = options.keep_timing;
+  std::vector<motion::PoseMatrix> parts;
+  std::vector<motion::FootContacts> contacts;
+  int frame = 0;
+  for (const Styling& styling : stylings) {
+    AppliedSnippet report = report_of(styling);
+    StyledPiece piece = piece_of(model, styling, options, report);
+    report.output_begin = frame;
+    frame += piece.pose.frame_count();
+    report.output_end = frame;
+    for (const double own_frame : piece.own_frames)
+      applied.source_frames.push_back(report.begin + own_frame);
+    applied.snippets.push_back(std::move(report));
+    parts.push_back(std::move(piece.pose));
+    contacts.push_back(std::move(piece.contacts));
+  }
+  motion::JoinOptions join = options.join;
+  const bool own_motion =
+      std::all_of(applied.snippets.begin(), applied.snippets.end(),
+                  [](const AppliedSnippet& snippet) { return snippet.own_share == 1.0; });
+  if (own_motion) join.most_jerk_share.reset();  // what the input does where it was cut is its own
+  applied.pose = motion::concatenate(parts, join);
+  restore_own_steps(applied, segmented.input);
+  applied.contacts = motion::concatenate(contacts);
+  // Leg lengths of fragments are other people's; the motion goes back onto the input's body.
+  applied.pose.leg_length_m = segmented.input.leg_length_m;
+  return applied;
+}
+
+/// What a joined motion misses of what was searched: the sum of squares of the snippets' costs.
+double missed_by(std::span<const Styling> stylings, std::span<const effort::Observation> measured) {
+  double sum = 0.0;
+  for (std::size_t n = 0; n < stylings.size(); ++n) {
+    if (stylings[n].tries) sum += std::pow(stylings[n].tries->cost_of(measured[n].effort), 2);
+  }
+  return sum;
+}
+
+/// One more try for each snippet, knowing what it measures as joined.
+/// @returns whether another blend is to be played anywhere.
+bool try_again(std::span<Styling> stylings, std::span<const effort::Observation> measured) {
+  bool any = false;
+  for (std::size_t n = 0; n < stylings.size(); ++n) {
+    std::optional<BlendTries>& tries = stylings[n].tries;
+    if (!tries) continue;
+    const std::size_t before = tries->best_number();
+    tries->joined_as(measured[n].effort);
+    tries->try_next();
+    any |= tries->best_number() != before;
+  }
+  return any;
+}
+
+/// Rounds of tries that know what joining changes (ApplyOptions::rounds).
+/// @param first  the stylings joined, as they come.
+AppliedStyle tried_as_joined(const StyleModel& model, const SegmentedInput& segmented,
+                             std::span<Styling> stylings, const ApplyOptions& options,
+                             AppliedStyle first, base::Progress* progress) {
+  AppliedStyle best = std::move(first);
+  std::vector<effort::Observation> measured = measure_snippets(model, best);
+  double least = missed_by(stylings, measured);
+  for (int round = 0; round < options.rounds; ++round) {
+    base::tell(progress, static_cast<double>(round) / options.rounds);
+    if (!try_again(stylings, measured)) continue;
+    AppliedStyle next = joined(model, segmented, stylings, options);
+    measured = measure_snippets(model, next);
+    const double missed = missed_by(stylings, measured);
+    if (missed >= least) continue;
+    least = missed;
+    best = std::move(next);
+  }
+  return best;
 }
 
 }  // namespace
@@ -128,6 +240,8 @@ std::vector<std::string> ApplyOptions::problems() const {
   }
   if (tries < 1)
     found.push_back("ApplyOptions::tries = " + std::to_string(tries) + " (must be >= 1)");
+  if (rounds < 0)
+    found.push_back("ApplyOptions::rounds = " + std::to_string(rounds) + " (must be >= 0)");
   for (std::size_t n = 0; n < by_hand.size(); ++n) {
     for (std::size_t m = 0; m < n; ++m) {
       if (by_hand[m].snippet == by_hand[n].snippet) {
@@ -147,40 +261,16 @@ AppliedStyle restyle(PlayMemory& memory, const SegmentedInput& segmented, const 
                      const ApplyOptions& options, base::Progress* progress) {
   base::require_none(asked.problems());
   base::require_none(options.problems());
-  if (options.strict) require_matches(memory.model(), segmented);
+  const StyleModel& model = memory.model();
+  if (options.strict) require_matches(model, segmented);
   require_snippets(segmented, options);
-  AppliedStyle applied;
-  applied.keeps_timing = options.keep_timing;
-  std::vector<motion::PoseMatrix> parts;
-  std::vector<motion::FootContacts> contacts;
-  const double rate_hz = segmented.input.frame_rate_hz;
-  int frame = 0;
-  for (const InputSnippet& own : segmented.snippets) {
-    base::tell(progress, static_cast<double>(own.begin) / segmented.input.frame_count());
-    const EffortTarget target =
-        asked.of_snippet(own.begin / rate_hz, own.end - own.begin, rate_hz, own.before.effort);
-    const auto snippet = static_cast<int>(applied.snippets.size());
-    Restyled restyled = restyle(memory, own, target, by_hand(options, snippet), options);
-    restyled.report.output_begin = frame;
-    frame += restyled.piece.pose.frame_count();
-    restyled.report.output_end = frame;
-    for (const double own_frame : restyled.piece.own_frames)
-      applied.source_frames.push_back(own.begin + own_frame);
-    applied.snippets.push_back(std::move(restyled.report));
-    parts.push_back(std::move(restyled.piece.pose));
-    contacts.push_back(std::move(restyled.piece.contacts));
-  }
-  motion::JoinOptions join = options.join;
-  const bool own_motion =
-      std::all_of(applied.snippets.begin(), applied.snippets.end(),
-                  [](const AppliedSnippet& snippet) { return snippet.own_share == 1.0; });
-  if (own_motion) join.most_jerk_share.reset();  // what the input does where it was cut is its own
-  applied.pose = motion::concatenate(parts, join);
-  restore_own_steps(applied, segmented.input);
-  applied.contacts = motion::concatenate(contacts);
-  // Leg lengths of fragments are other people's; the motion goes back onto the input's body.
-  applied.pose.leg_length_m = segmented.input.leg_length_m;
-  return applied;
+  const bool again = options.rounds > 0 && model.labels_measured && options.plays_the_blend();
+  base::ProgressPart alone(progress, 0.0, again ? 1.0 / (1.0 + options.rounds) : 1.0);
+  base::ProgressPart together(progress, 1.0 / (1.0 + options.rounds), 1.0);
+  std::vector<Styling> stylings = stylings_of(memory, segmented, asked, options, &alone);
+  AppliedStyle applied = joined(model, segmented, stylings, options);
+  if (!again) return applied;
+  return tried_as_joined(model, segmented, stylings, options, std::move(applied), &together);
 }
 
 AppliedStyle restyle(const StyleModel& model, const SegmentedInput& segmented,

@@ -92,9 +92,8 @@ StyledPiece as_captured(const InputSnippet& own) {
   return {own.pose, own.contacts, counted(own.pose.frame_count())};
 }
 
-StyledPiece replaced(const InputSnippet& own, PlayedChoice played) {
-  std::vector<double> frames = frames_beside(played.pose, own.pose);
-  return {std::move(played.pose), std::move(played.contacts), std::move(frames)};
+StyledPiece replaced(const InputSnippet& own, const PlayedChoice& played) {
+  return {played.pose, played.contacts, frames_beside(played.pose, own.pose)};
 }
 
 // Notation                              here

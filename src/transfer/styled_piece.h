@@ -22,7 +22,7 @@ struct StyledPiece {
 [[nodiscard]] StyledPiece as_captured(const InputSnippet& own);
 
 /// The blend itself, the paper's way: nothing of the snippet but what is done.
-[[nodiscard]] StyledPiece replaced(const InputSnippet& own, PlayedChoice played);
+[[nodiscard]] StyledPiece replaced(const InputSnippet& own, const PlayedChoice& played);
 
 /// The blend in the performer's own manner (ours, DESIGN 5): timing, travel and legs are the
 /// blend's; to the upper body is added what is slow in the difference between the snippet and the

@@ -448,6 +448,7 @@ void run(const Study& study) {
   const std::vector<transfer::Fragment> fragments = studies::fragments_of(takes);
   const Captures captures = print_captures(takes);
   const std::vector<Input> inputs = choose_inputs(takes, study.inputs);
+  const transfer::ApplyOptions options{.rounds = transfer::kRounds};  // as `laban apply` does
   std::map<std::string, Ceiling> ceilings;
   std::vector<Row> off, on;
   for (std::size_t n = 0; n < inputs.size(); ++n) {
@@ -460,7 +461,8 @@ void run(const Study& study) {
     const motion::PoseMatrix pose = motion::resample(
         motion::to_pose_matrix(input.capture.clip, input.capture.humanoid), model.frame_rate_hz());
     for (std::size_t t = 0; t < targets().size(); ++t) {
-      const transfer::AppliedStyle applied = transfer::apply_style(model, pose, targets()[t]);
+      const transfer::AppliedStyle applied =
+          transfer::apply_style(model, pose, targets()[t], options);
       const transfer::StyledSources sources = transfer::play_sources(model, applied, input.capture);
       for (const bool hold_feet : {false, true}) {
         const Apply apply{

@@ -82,13 +82,23 @@ TEST_F(Cli, ApplyTakesAStateInsteadOfOptions) {
       R"({"schema": "laban.effort-room/1", "input": ")" + kTake +
       R"(", "model": "", "asked": {"time": 1.5}, "relative": false, "weights": [1, 1, 1],
         "detail": "replace", "strength": 1, "keep_timing": false, "strict": false, "foot_fix": true,
-        "neighbours": 25, "samples": 16, "caution": 1, "stay": 0.15, "way": 2, "tries": 3,
+        "neighbours": 25, "samples": 16, "caution": 1, "stay": 0.15, "way": 2, "tries": 3, "rounds": 3,
         "locks": [], "reading": {}})";
   write(folder_ / "room.json", state);
   EXPECT_EQ(run("apply --state room.json -o by_state.bvh").code, 0);
   EXPECT_EQ(run("apply " + kTake + " --time 1.5 -o by_options.bvh").code, 0);
   EXPECT_EQ(bytes_of(folder_ / "by_state.bvh"), bytes_of(folder_ / "by_options.bvh"));
   EXPECT_EQ(run("apply " + kWalk + " --state room.json -o walk.bvh").code, 0);
+
+  // One that is older than rounds asks for none.
+  std::string old = state;
+  const std::string rounds = R"( "rounds": 3,)";
+  old.erase(old.find(rounds), rounds.size());
+  write(folder_ / "old.json", old);
+  EXPECT_EQ(run("apply --state old.json -o by_old_state.bvh").code, 0);
+  EXPECT_EQ(run("apply " + kTake + " --time 1.5 --rounds 0 -o no_rounds.bvh").code, 0);
+  EXPECT_EQ(bytes_of(folder_ / "by_old_state.bvh"), bytes_of(folder_ / "no_rounds.bvh"));
+  EXPECT_NE(bytes_of(folder_ / "no_rounds.bvh"), bytes_of(folder_ / "by_options.bvh"));
 
   // What was set by hand is on record, and tells one batch from another.
   std::string locked = state;

@@ -1,6 +1,7 @@
 #include "laban/transfer/apply_style.h"
 
 #include <cmath>
+#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -89,6 +90,103 @@ TEST(MeasureSnippets, IsOfTheOutputWhereSnippetsAreJoined) {
     EXPECT_EQ(measured[n].effort,
               effort::observe(effort::describe(shown), model.observer, snippet.content).effort);
   }
+}
+
+/// Root of the sum over snippets of squared distances to what is asked, as shown in the output.
+double missed(const StyleModel& model, const AppliedStyle& applied) {
+  const auto measured = measure_snippets(model, applied);
+  double sum = 0.0;
+  for (std::size_t n = 0; n < measured.size(); ++n) {
+    const double distance =
+        applied.snippets[n].asked.distance_to(effort::to_vector(measured[n].effort));
+    sum += distance * distance;
+  }
+  return std::sqrt(sum);
+}
+
+/// Targets of one factor.
+std::vector<EffortTarget> targets() {
+  std::vector<EffortTarget> list;
+  for (std::size_t f = 0; f < effort::kFactorCount; ++f) {
+    for (const double asked : {-1.0, 0.5, 1.5}) list.emplace_back().factors[f] = asked;
+  }
+  return list;
+}
+
+TEST(ApplyRounds, MissLessOfWhatIsAskedInTheJoinedMotion) {
+  const StyleModel& model = test::measured_toy_model();
+  ASSERT_TRUE(model.labels_measured);
+  const motion::PoseMatrix input = two_actions();
+  double before = 0.0, after = 0.0;
+  for (const EffortTarget& target : targets()) {
+    double last = std::numeric_limits<double>::infinity();
+    for (const int rounds : {0, 1, 2, kRounds, 6}) {
+      ApplyOptions options{.rounds = rounds};
+      options.search.stay = 0.0;  // what is asked is all that counts
+      const AppliedStyle applied = apply_style(model, input, target, options);
+      ASSERT_GE(applied.snippets.size(), 2U);
+      const double now = missed(model, applied);
+      EXPECT_LE(now, last + 1e-12) << rounds << " rounds";
+      last = now;
+      if (rounds == 0) before += now;
+      if (rounds == kRounds) after += now;
+    }
+  }
+  EXPECT_LT(after, 0.9 * before);
+}
+
+TEST(ApplyRounds, OfOneSnippetAreMoreTries) {
+  const StyleModel& model = test::measured_toy_model();
+  const motion::PoseMatrix input = test::toy_clip(true, 1.1, 0.95, 0.05);
+  for (const EffortTarget& target : targets()) {
+    const AppliedStyle tried = apply_style(model, input, target, {.tries = kTries + 2});
+    const AppliedStyle again = apply_style(model, input, target, {.tries = kTries, .rounds = 2});
+    ASSERT_EQ(again.snippets.size(), 1U);
+    EXPECT_EQ(again.pose.angles, tried.pose.angles);
+  }
+}
+
+TEST(ApplyRounds, AreNoneWhereNothingIsMeasuredOrMoreThanTheBlendsIsPlayed) {
+  const motion::PoseMatrix input = two_actions();
+  const auto expect_none = [&](const StyleModel& model, ApplyOptions options) {
+    const AppliedStyle once = apply_style(model, input, strong(), options);
+    options.rounds = kRounds;
+    EXPECT_EQ(apply_style(model, input, strong(), options).pose.angles, once.pose.angles);
+  };
+  expect_none(test::toy_model(), {});
+  expect_none(test::measured_toy_model(), {.detail = Detail::kResidual});
+  expect_none(test::measured_toy_model(), {.strength = 0.5});
+  expect_none(test::measured_toy_model(), {.keep_timing = true});
+}
+
+TEST(ApplyRounds, LeaveWhatIsSetByHand) {
+  const StyleModel& model = test::measured_toy_model();
+  const SegmentedInput segmented = segment_input(model, two_actions());
+  ApplyOptions options{.rounds = kRounds};
+  for (int n = 0; n < std::ssize(segmented.snippets); ++n) {
+    const int fragment = segmented.snippets[static_cast<std::size_t>(n)].fragment;
+    options.by_hand.push_back(
+        {n, fragment, model.neighbors[static_cast<std::size_t>(fragment)][1], 0.3});
+  }
+  const AppliedStyle set = restyle(model, segmented, {strong()}, options);
+  for (std::size_t n = 0; n < set.snippets.size(); ++n) {
+    EXPECT_EQ(set.snippets[n].choice.alpha, 0.3);
+    EXPECT_EQ(set.snippets[n].choice.fragment_j, options.by_hand[n].fragment_j);
+  }
+}
+
+TEST(ApplyRounds, TellProgressAndCanBeStopped) {
+  const StyleModel& model = test::measured_toy_model();
+  const SegmentedInput segmented = segment_input(model, two_actions());
+  test::expect_told_and_stopped(
+      static_cast<int>(segmented.snippets.size()) + kRounds, [&](base::Progress* progress) {
+        (void)restyle(model, segmented, {strong()}, {.rounds = kRounds}, progress);
+      });
+}
+
+TEST(ApplyRounds, AreNotNegative) {
+  EXPECT_THAT(ApplyOptions{.rounds = -1}.problems(),
+              ::testing::ElementsAre(::testing::HasSubstr("rounds = -1 (must be >= 0)")));
 }
 
 TEST(ApplyStyle, WhatMatchesNoContentIsKeptAndReportedOrRefused) {

@@ -12,31 +12,6 @@
 namespace laban::transfer {
 namespace {
 
-/// The toy corpus labelled by the observer, fitted to its fragments.
-StyleCorpus measured_corpus() {
-  StyleCorpus corpus = test::toy_corpus();
-  std::vector<effort::Descriptors> descriptors;
-  std::vector<std::string> contents;
-  for (const Fragment& fragment : corpus.fragments) {
-    descriptors.push_back(effort::describe(fragment.pose));
-    contents.push_back(fragment.content);
-  }
-  const auto reference = effort::fit_observer_reference(descriptors, contents);
-  for (std::size_t n = 0; n < corpus.fragments.size(); ++n)
-    corpus.fragments[n].effort = effort::observe(descriptors[n], reference, contents[n]).effort;
-  for (CorpusBlend& blend : corpus.blends) {
-    blend.effort = effort::observe(effort::describe(make_blend(corpus.fragments, blend).pose),
-                                   reference, contents[static_cast<std::size_t>(blend.fragment_i)])
-                       .effort;
-  }
-  return corpus;
-}
-
-const StyleModel& measured_model() {
-  static const StyleModel model = train_style_model(measured_corpus());
-  return model;
-}
-
 /// Targets for one factor, the others to stay as the fragment has them.
 std::vector<EffortTarget> targets_of(const StyleModel& model, int fragment) {
   std::vector<EffortTarget> targets;
@@ -63,7 +38,7 @@ double missed(const EffortTarget& target, const effort::Effort& measured) {
 }
 
 TEST(ChooseBlend, OneTryIsTheFirstAnswerOfTheSearch) {
-  const StyleModel& model = measured_model();
+  const StyleModel& model = test::measured_toy_model();
   PlayMemory memory(model);
   for (const EffortTarget& target : targets_of(model, 2)) {
     const ChosenBlend chosen = choose_blend(memory, 2, target, {}, 1);
@@ -76,7 +51,7 @@ TEST(ChooseBlend, OneTryIsTheFirstAnswerOfTheSearch) {
 }
 
 TEST(ChooseBlend, MoreTriesMeasureNearer) {
-  const StyleModel& model = measured_model();
+  const StyleModel& model = test::measured_toy_model();
   ASSERT_TRUE(model.labels_measured);
   PlayMemory memory(model);
   double by_one = 0.0;
@@ -106,7 +81,7 @@ TEST(ChooseBlend, MoreTriesMeasureNearer) {
 }
 
 TEST(ChooseBlend, NoBlendIsTriedTwice) {
-  const StyleModel& model = measured_model();
+  const StyleModel& model = test::measured_toy_model();
   PlayMemory memory(model);
   for (const EffortTarget& target : targets_of(model, 3)) {
     // With more tries than blends are worth trying it ends, and more still change nothing.
@@ -128,17 +103,18 @@ TEST(ChooseBlend, WhatRatersSayIsNotWhatIsMeasured) {
 }
 
 TEST(ChooseBlend, AModelFileTellsWhetherItsLabelsAreMeasured) {
-  for (const StyleModel* model : {&measured_model(), &test::toy_model()}) {
+  for (const StyleModel* model : {&test::measured_toy_model(), &test::toy_model()}) {
     EXPECT_EQ(read_style_model(write_style_model(*model), "a.laban").labels_measured,
               model->labels_measured);
   }
 }
 
 TEST(ChooseBlend, RefusesWhatTheSearchRefuses) {
-  PlayMemory memory(measured_model());
+  PlayMemory memory(test::measured_toy_model());
   EXPECT_THROW(static_cast<void>(choose_blend(memory, 0, {})), base::Error);
-  EXPECT_THROW(static_cast<void>(choose_blend(memory, 99, targets_of(measured_model(), 0)[0])),
-               base::Error);
+  EXPECT_THROW(
+      static_cast<void>(choose_blend(memory, 99, targets_of(test::measured_toy_model(), 0)[0])),
+      base::Error);
 }
 
 }  // namespace

@@ -12,6 +12,26 @@ effort::Effort label(double size, double tempo) {
   return {1.5 * (size - 1.0) * (tempo - 1.0) * 4.0, 3.0 * (size - 1.0), 3.0 * (tempo - 1.0)};
 }
 
+transfer::StyleCorpus measured_toy_corpus() {
+  transfer::StyleCorpus corpus = toy_corpus();
+  std::vector<effort::Descriptors> descriptors;
+  std::vector<std::string> contents;
+  for (const transfer::Fragment& fragment : corpus.fragments) {
+    descriptors.push_back(effort::describe(fragment.pose));
+    contents.push_back(fragment.content);
+  }
+  const auto reference = effort::fit_observer_reference(descriptors, contents);
+  for (std::size_t n = 0; n < corpus.fragments.size(); ++n)
+    corpus.fragments[n].effort = effort::observe(descriptors[n], reference, contents[n]).effort;
+  for (transfer::CorpusBlend& blend : corpus.blends) {
+    const motion::PoseMatrix pose = transfer::make_blend(corpus.fragments, blend).pose;
+    blend.effort = effort::observe(effort::describe(pose), reference,
+                                   contents[static_cast<std::size_t>(blend.fragment_i)])
+                       .effort;
+  }
+  return corpus;
+}
+
 }  // namespace
 
 motion::PoseMatrix toy_clip(bool circle, double size, double tempo, double stoop_rad) {
@@ -65,6 +85,11 @@ transfer::StyleCorpus toy_corpus(int blends) {
 
 const transfer::StyleModel& toy_model() {
   static const transfer::StyleModel model = transfer::train_style_model(toy_corpus());
+  return model;
+}
+
+const transfer::StyleModel& measured_toy_model() {
+  static const transfer::StyleModel model = transfer::train_style_model(measured_toy_corpus());
   return model;
 }
 

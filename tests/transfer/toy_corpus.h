@@ -16,4 +16,7 @@ namespace laban::test {
 /// A model of the toy corpus, trained once.
 [[nodiscard]] const transfer::StyleModel& toy_model();
 
+/// The same of the toy corpus labelled by the observer, fitted to its fragments.
+[[nodiscard]] const transfer::StyleModel& measured_toy_model();
+
 }  // namespace laban::test

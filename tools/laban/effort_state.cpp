@@ -81,6 +81,7 @@ Json to_json(const EffortState& state) {
   json["stay"] = apply.search.stay;
   json["way"] = apply.search.way;
   json["tries"] = apply.tries;
+  json["rounds"] = apply.rounds;
   json["locks"] = Json::array();
   for (const HandSetBlend& lock : styling.by_hand) {
     json["locks"].push_back({{"snippet", lock.snippet},
@@ -115,6 +116,8 @@ EffortState read_effort_state(const Json& json, const std::string& name) {
   apply.search.stay = reader.number("stay");
   apply.search.way = reader.count("way");
   apply.tries = reader.count("tries");
+  // A state older than rounds showed what comes of none.
+  apply.rounds = reader.find("rounds") != nullptr ? reader.count("rounds") : 0;
   styling.by_hand = read_locks(reader, reader.at("locks"), name);
   styling.reading = read_reading(reader.at("reading"), name);
   reader.require_no_more();

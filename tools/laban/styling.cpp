@@ -93,6 +93,12 @@ void add_styling_options(CLI::App* verb, StylingOptions& options) {
                  "leave feet as they are blended: do not hold them where they touch the ground")
       ->group(group);
   add_search_options(verb, options.apply.search, options.apply.tries);
+  verb->add_option("--rounds", options.apply.rounds,
+                   "rounds in which each snippet is measured where it is joined to the others and "
+                   "tried once more; 0 joins what was best by itself, as the paper does")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str()
+      ->group("Search");
   add_read_options(verb, options.reading);
 }
 
@@ -210,6 +216,7 @@ Json options_json(const Styling& styling) {
                {"stay", options.search.stay},
                {"way", options.search.way},
                {"tries", options.tries},
+               {"rounds", options.rounds},
                {"detail", transfer::name_of(options.detail)},
                {"strength", options.strength},
                {"keep_timing", options.keep_timing},

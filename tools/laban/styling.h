@@ -25,7 +25,7 @@ struct StylingOptions {
   AskedOptions asked;
   bool may_ask_nothing = false;       ///< nothing asked for is no error: all is kept as captured
   std::vector<HandSetBlend> by_hand;  ///< of one clip; becomes ApplyOptions::by_hand
-  transfer::ApplyOptions apply;
+  transfer::ApplyOptions apply = {.rounds = transfer::kRounds};
   bool no_foot_fix = false;
   std::string model;  ///< path; empty: the default model
   ReadClipOptions reading;

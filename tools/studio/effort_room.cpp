@@ -146,7 +146,10 @@ Response EffortRoom::style(const Json& request) {
   const bool draft = request.value("draft", false);
   const cli::SegmentedClip& clip = segmented(id);
   take(at(request, "state"));
-  if (draft) styling_.options.apply.tries = 1;
+  if (draft) {
+    styling_.options.apply.tries = 1;
+    styling_.options.apply.rounds = 0;
+  }
   const transfer::AppliedStyle applied = this->applied(clip);
   const transfer::StyledClip styled = played(clip, applied);
   MotionMessage message{styled.clip, clip.input.capture.humanoid, styled.source_frames};

@@ -26,6 +26,9 @@ enum class Detail {
 /// "replace" or "residual".
 [[nodiscard]] std::string_view name_of(Detail detail);
 
+/// ApplyOptions::rounds for a result that is kept.
+inline constexpr int kRounds = 3;
+
 /// A snippet's blend, chosen by hand.
 struct BlendByHand {
   int snippet = 0;     ///< of the segmented input
@@ -40,6 +43,14 @@ struct ApplyOptions {
   /// Blends that are played and measured for a snippet, >= 1 (see choose_blend): 1 answers at once,
   /// as while a slider moves.
   int tries = kTries;
+  /// (Ours.) Rounds that follow, >= 0. What is joined to other motion measures otherwise than by
+  /// itself, where little moves by an Effort point; so in each round all snippets are measured in
+  /// the joined motion, each gets one more try whose target is moved by what joining changed, and
+  /// what comes of it is joined again. The motion is kept that misses least of what is asked of all
+  /// snippets together. A round takes half as long as all that comes before the first; 0 is for
+  /// targets that still change. None where there is nothing to join, labels are not measured, or
+  /// more than the blends is played (plays_the_blend).
+  int rounds = 0;
   /// Offsets of joins that would bend the motion more than the fragments themselves decay up to
   /// twice as slowly, and what jerks more than half as much as the fragments at most is calmed.
   motion::JoinOptions join = {.longest_halflife_s = 0.2, .most_jerk_share = 0.5};
@@ -115,9 +126,8 @@ struct AppliedStyle {
                                    const AskedEffort& asked, const ApplyOptions& options = {},
                                    base::Progress* progress = nullptr);
 
-/// What the observer says of each snippet's frames of the output, joins included. What a body does
-/// from one action to the next is none of a blend's own: where little moves it may change what is
-/// measured by an Effort point.
+/// What the observer says of each snippet's frames of the output, joins included: what a body does
+/// from one action to the next is none of a blend's own.
 [[nodiscard]] std::vector<effort::Observation> measure_snippets(const StyleModel& model,
                                                                 const AppliedStyle& applied);
 

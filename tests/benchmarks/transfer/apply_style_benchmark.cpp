@@ -32,19 +32,23 @@ EffortTarget target() {
   return {{-2.0, 1.5, 2.0}, {1.0, 1.0, 1.0, 1.0}};
 }
 
-// All of it: segmentation, search, synthesis, joins, measuring.
+// All of it: segmentation, search, synthesis, joins, measuring. The argument is
+// ApplyOptions::rounds.
 void BM_ApplyStyle(benchmark::State& state) {
   const motion::PoseMatrix input = ten_seconds();
-  for (auto _ : state) benchmark::DoNotOptimize(apply_style(model(), input, target()));
+  ApplyOptions options;
+  options.rounds = static_cast<int>(state.range(0));
+  for (auto _ : state) benchmark::DoNotOptimize(apply_style(model(), input, target(), options));
 }
-BENCHMARK(BM_ApplyStyle)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_ApplyStyle)->Arg(0)->Arg(kRounds)->Unit(benchmark::kMillisecond);
 
 // A new target on an already segmented clip: search, synthesis, joins, measuring. Targets go round
 // a circle, as a slider's do; what is known of the fragments after the first round is remembered.
-// The argument is ApplyOptions::tries: 1 while the slider moves, kTries where it is let go.
+// Arguments are ApplyOptions::tries and rounds: 1 and 0 while the slider moves.
 void BM_Restyle(benchmark::State& state) {
   ApplyOptions options;
   options.tries = static_cast<int>(state.range(0));
+  options.rounds = static_cast<int>(state.range(1));
   constexpr int kTargets = 16;
   const SegmentedInput segmented = segment_input(model(), ten_seconds());
   PlayMemory memory(model());
@@ -58,7 +62,11 @@ void BM_Restyle(benchmark::State& state) {
   int n = 0;
   for (auto _ : state) benchmark::DoNotOptimize(ask(n++ % kTargets));
 }
-BENCHMARK(BM_Restyle)->Arg(1)->Arg(kTries)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Restyle)
+    ->Args({1, 0})
+    ->Args({kTries, 0})
+    ->Args({kTries, kRounds})
+    ->Unit(benchmark::kMillisecond);
 
 // Its parts, of one snippet.
 void BM_PlayChoice(benchmark::State& state) {
