@@ -53,14 +53,14 @@ test("a slider that moves changes the figures and the pose, and back", async () 
 test("a pair is swapped, its alpha set by hand, and all of it is what the verb makes of the state", async () => {
   await withStudio([take], async (page, {folder}) => {
     await settled(page);
-    await ask(page, "weight", 1.5);
-    await ask(page, "time", -1.5);
+    await ask(page, "weight", 2.5);
+    await ask(page, "time", -2.5);  // slow and strong: hardly to be had together
     const equal = await measured(page);
     await page.getByLabel("Importance of Time").fill("8");
     await page.keyboard.press("Enter");
     await settled(page);
     const weighed = await measured(page);
-    assert.ok(Math.abs(weighed[2] + 1.5) < Math.abs(equal[2] + 1.5), `Time counts more, and goes from ${equal[2]} to ${weighed[2]}`);
+    assert.ok(Math.abs(weighed[2] + 2.5) < Math.abs(equal[2] + 2.5), `Time counts more, and goes from ${equal[2]} to ${weighed[2]}`);
     await page.getByLabel("Hold feet").uncheck();
     await settled(page);
     await page.screenshot({path: "effort_weighed.png"});
@@ -74,7 +74,7 @@ test("a pair is swapped, its alpha set by hand, and all of it is what the verb m
     await settled(page);
     await page.screenshot({path: "effort_by_hand.png"});
     const state = await savedState(page);
-    assert.equal(state.asked.weight, 1.5);
+    assert.equal(state.asked.weight, 2.5);
     assert.deepEqual(state.weights, [1, 1, 8]);
     assert.equal(state.foot_fix, false);
     assert.equal(state.locks.length, 1);

@@ -117,6 +117,7 @@ TEST(EffortRoom, DraftsPlayTheFirstAnswerAndLeaveQualityOut) {
   Json first = request;
   first["draft"] = false;
   first["state"]["tries"] = 1;
+  first["state"]["rounds"] = 0;
   const Motion whole(post("/api/effort/style", first.dump()).body);
   EXPECT_TRUE(whole.header["report"].contains("quality"));
   EXPECT_EQ(draft.arrays, whole.arrays);

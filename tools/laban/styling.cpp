@@ -139,18 +139,24 @@ SegmentedClip segment_clip(const transfer::StyleModel& model, CapturedClip input
   return {std::move(input), std::move(segmented), seconds_since(begin)};
 }
 
+transfer::AppliedStyle restyled(const Styling& styling, const transfer::SegmentedInput& segmented,
+                                transfer::PlayMemory& memory, base::Progress* progress) {
+  transfer::AppliedStyle applied =
+      transfer::restyle(memory, segmented, styling.asked, styling.options.apply, progress);
+  const auto measured = transfer::measure_snippets(styling.model, applied);
+  for (std::size_t n = 0; n < measured.size(); ++n) applied.snippets[n].measured = measured[n];
+  return applied;
+}
+
 StyledFile style_segmented(const Styling& styling, SegmentedClip clip, transfer::PlayMemory& memory,
                            base::Progress* progress) {
   const transfer::StyleModel& model = styling.model;
   const motion::Capture& capture = clip.input.capture;
   const auto begin = Clock::now();
-  transfer::AppliedStyle applied =
-      transfer::restyle(memory, clip.segmented, styling.asked, styling.options.apply, progress);
+  transfer::AppliedStyle applied = restyled(styling, clip.segmented, memory, progress);
   transfer::StyledClip styled =
       transfer::play_style(model, applied, capture, {.hold_feet = !styling.options.no_foot_fix});
   const double seconds_taken = clip.seconds_taken + seconds_since(begin);
-  const auto measured = transfer::measure_snippets(model, applied);
-  for (std::size_t n = 0; n < measured.size(); ++n) applied.snippets[n].measured = measured[n];
   const transfer::StyledQuality quality = transfer::measure_styled(
       styled, transfer::play_sources(model, applied, capture), capture.humanoid);
   const std::optional<double> content =

@@ -77,6 +77,12 @@ struct StyledFile {
   [[nodiscard]] double speed() const;
 };
 
+/// The segmented clip in the style, each snippet measured as the output shows it
+/// (measure_snippets).
+[[nodiscard]] transfer::AppliedStyle restyled(const Styling& styling,
+                                              const transfer::SegmentedInput& segmented,
+                                              transfer::PlayMemory& memory,
+                                              base::Progress* progress = nullptr);
 /// Styles a clip; `memory` is of the styling's model.
 [[nodiscard]] StyledFile style_segmented(const Styling& styling, SegmentedClip clip,
                                          transfer::PlayMemory& memory,

@@ -84,7 +84,7 @@ void EffortRoom::take(const Json& json) {
 }
 
 transfer::AppliedStyle EffortRoom::applied(const cli::SegmentedClip& clip) {
-  return transfer::restyle(memory_, clip.segmented, styling_.asked, styling_.options.apply, &work_);
+  return cli::restyled(styling_, clip.segmented, memory_, &work_);
 }
 
 transfer::StyledClip EffortRoom::played(const cli::SegmentedClip& clip,

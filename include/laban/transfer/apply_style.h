@@ -47,9 +47,9 @@ struct ApplyOptions {
   /// itself, where little moves by an Effort point; so in each round all snippets are measured in
   /// the joined motion, each gets one more try whose target is moved by what joining changed, and
   /// what comes of it is joined again. The motion is kept that misses least of what is asked of all
-  /// snippets together. A round takes half as long as all that comes before the first; 0 is for
-  /// targets that still change. None where there is nothing to join, labels are not measured, or
-  /// more than the blends is played (plays_the_blend).
+  /// snippets together. (A snippet alone gets further tries.) A round takes some two thirds as long
+  /// as all tries before the first; 0 is for targets that still change. None where labels are not
+  /// measured, or more than the blends is played (plays_the_blend).
   int rounds = 0;
   /// Offsets of joins that would bend the motion more than the fragments themselves decay up to
   /// twice as slowly, and what jerks more than half as much as the fragments at most is calmed.
