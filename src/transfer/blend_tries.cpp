@@ -44,8 +44,8 @@ BlendTries::BlendTries(PlayMemory& memory, int fragment, const EffortTarget& tar
 }
 
 void BlendTries::play(BlendChoice choice) {
-  const Tried& tried =
-      tried_.emplace_back(played(*memory_, fragment_, std::move(choice), fastest_play_));
+  tried_.push_back({played(*memory_, fragment_, std::move(choice), fastest_play_), std::nullopt});
+  const Tried& tried = tried_.back();
   effort::EffortVector miss = effort::EffortVector::Zero(memory_->model().regressor.factor_count());
   for (const effort::Factor factor : effort::kFactors)  // Space is not measured
     miss[effort::index_of(factor)] =

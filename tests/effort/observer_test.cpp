@@ -178,6 +178,20 @@ TEST(Observer, TheBodysSizeAndWhereItFacesDoNotMatter) {
   EXPECT_NEAR(m.time, d.time, 1e-9);
 }
 
+TEST(Observer, OfJointPositionsIsThatOfTheMotionWhereverItStarts) {
+  motion::PoseMatrix pose = swing(30.0, 3.0);
+  pose.steps.row(0).setConstant(0.02);
+  pose.steps.row(2).setConstant(0.01);
+  const Descriptors d = describe(pose);
+  EXPECT_EQ(describe(motion::standard_joint_positions(pose), pose.frame_rate_hz), d);
+  const Descriptors turned =
+      describe(motion::standard_joint_positions(pose, {3.0, -5.0, 2.0}), pose.frame_rate_hz);
+  EXPECT_NEAR(turned.flow, d.flow, 1e-6);  // single precision of logs
+  EXPECT_NEAR(turned.weight, d.weight, 1e-6);
+  EXPECT_NEAR(turned.time, d.time, 1e-6);
+  EXPECT_THROW((void)describe(Eigen::MatrixXd(63, 0), 30.0), base::Error);
+}
+
 TEST(Observer, PlayingBackwardsChangesNothing) {
   motion::PoseMatrix pose = swing(30.0, 4.0);
   const Descriptors d = describe(pose);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "laban/base/error.h"
+#include "laban/motion/standard_body.h"
 #include "laban/motion/standard_joint.h"
 
 namespace laban::motion {
@@ -53,6 +54,22 @@ TEST(Calm, BringsJerkDownToTheLimitAndKeepsTheMovement) {
   const PoseMatrix calmer = calm(pose, most);
   EXPECT_LE(rms_jerk_m_s3(calmer), most);
   EXPECT_LT((calmer.angles - swinging(0, 0).angles).cwiseAbs().maxCoeff(), 0.06);
+}
+
+TEST(Calm, ByBothMeasuresIsOneAfterTheOtherAndPlayedOnce) {
+  const PoseMatrix smooth = swinging(0, 0);
+  const Jerk own = jerk_of(smooth);
+  const double never = 1e6;
+  for (const PoseMatrix& pose : {swinging(0, kFrames), swinging(110, 130), smooth}) {
+    for (const Jerk most : {Jerk{1.2 * own.usual_m_s3, 1.1 * own.largest_m_s3},
+                            Jerk{1.2 * own.usual_m_s3, never}, Jerk{never, own.largest_m_s3}}) {
+      const PosedMotion both = calm(pose, most);
+      const PoseMatrix usual = calm(pose, most.usual_m_s3);
+      const Eigen::RowVectorXd limits = Eigen::RowVectorXd::Constant(kFrames, most.largest_m_s3);
+      EXPECT_EQ(both.pose.angles, calm_locally(usual, limits).angles);
+      EXPECT_EQ(both.joint_positions, standard_joint_positions(both.pose));
+    }
+  }
 }
 
 TEST(Calm, LocallyChangesNothingFarFromWhatJerks) {

@@ -227,5 +227,31 @@ TEST(PlayMemory, GivesWhatAFreshOneGives) {
   }
 }
 
+// More pairs than are kept, so that some are made anew.
+TEST(PlayMemory, PairsAreThoseOfTheirFragmentsAndTheirSlope) {
+  const StyleModel& model = test::toy_model();
+  PlayMemory memory(model);
+  const auto frames_of = [](const blend::BlendPair& pair, double alpha) {
+    return blend::blend(pair, alpha).pose.angles;
+  };
+  for (int round = 0; round < 2; ++round) {
+    for (const auto& list : model.neighbors) {
+      for (const int j : {list[1], list[2]}) {
+        for (const double alpha : {0.5, 1.25}) {
+          PlayMemory fresh(model);
+          const Eigen::MatrixXd kept =
+              frames_of(memory.pair(list[0], j, alpha, kFastestPlay), alpha);
+          EXPECT_EQ(kept, frames_of(fresh.pair(list[0], j, alpha, kFastestPlay), alpha));
+          if (alpha == 0.5) {
+            const auto aligned = align_pair(model.fragments[static_cast<std::size_t>(list[0])].pose,
+                                            model.fragments[static_cast<std::size_t>(j)].pose);
+            EXPECT_EQ(kept, frames_of(aligned, alpha)) << "the warp that labels were learnt from";
+          }
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace laban::transfer
