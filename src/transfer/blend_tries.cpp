@@ -44,13 +44,16 @@ BlendTries::BlendTries(PlayMemory& memory, int fragment, const EffortTarget& tar
 }
 
 void BlendTries::play(BlendChoice choice) {
-  tried_.push_back({played(*memory_, fragment_, std::move(choice), fastest_play_), std::nullopt});
-  const Tried& tried = tried_.back();
+  ChosenBlend blend = played(*memory_, fragment_, std::move(choice), fastest_play_);
   effort::EffortVector miss = effort::EffortVector::Zero(memory_->model().regressor.factor_count());
   for (const effort::Factor factor : effort::kFactors)  // Space is not measured
-    miss[effort::index_of(factor)] =
-        tried.blend.measured.effort[factor] - tried.blend.choice.predicted[factor];
-  misses_.add(tried.blend.choice, miss);
+    miss[effort::index_of(factor)] = blend.measured.effort[factor] - blend.choice.predicted[factor];
+  misses_.add(blend.choice, miss);
+  const std::size_t number = tried_.size();
+  tried_.push_back({blend.choice, blend.measured.effort, std::nullopt});
+  if (best_number() != number) return;
+  best_ = std::move(blend);
+  best_is_ = number;
 }
 
 bool BlendTries::try_next() {
@@ -67,7 +70,11 @@ void BlendTries::joined_as(const effort::Effort& measured) {
   Tried& tried = tried_[best_number()];
   tried.joined = measured;
   for (const effort::Factor factor : effort::kFactors)
-    change_[factor] = measured[factor] - tried.blend.measured.effort[factor];
+    change_[factor] = measured[factor] - tried.measured[factor];
+  const std::size_t number = best_number();
+  if (number == best_is_) return;
+  best_ = played(*memory_, fragment_, tried_[number].choice, fastest_play_);
+  best_is_ = number;
 }
 
 std::size_t BlendTries::best_number() const {
@@ -83,7 +90,7 @@ double BlendTries::cost_of(const effort::Effort& measured) const {
 
 effort::Effort BlendTries::as_joined(const Tried& tried) const {
   if (tried.joined) return *tried.joined;
-  effort::Effort expected = tried.blend.measured.effort;
+  effort::Effort expected = tried.measured;
   for (const effort::Factor factor : effort::kFactors)
     expected[factor] = on_scale(expected[factor] + change_[factor]);
   return expected;

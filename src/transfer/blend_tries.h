@@ -19,7 +19,8 @@ namespace laban::transfer {
                                  double fastest_play);
 
 /// The blends that were played and measured for one snippet and target; each try knows what those
-/// before it measured (see choose_blend).
+/// before it measured (see choose_blend). Only the best is kept as motion, so that long clips take
+/// little memory.
 class BlendTries {
  public:
   /// Plays the first answer of the search. @param memory  must outlive this.
@@ -37,14 +38,15 @@ class BlendTries {
 
   /// The try that costs least, the first of equals; as joined where that is known.
   [[nodiscard]] std::size_t best_number() const;
-  [[nodiscard]] const ChosenBlend& best() const { return tried_[best_number()].blend; }
+  [[nodiscard]] const ChosenBlend& best() const { return best_; }
   [[nodiscard]] int count() const { return static_cast<int>(tried_.size()); }
   /// By how much the target is missed: by its weights, and SearchOptions::stay.
   [[nodiscard]] double cost_of(const effort::Effort& measured) const;
 
  private:
   struct Tried {
-    ChosenBlend blend;
+    BlendChoice choice;
+    effort::Effort measured;
     std::optional<effort::Effort> joined;
   };
   void play(BlendChoice choice);
@@ -62,6 +64,8 @@ class BlendTries {
   MeasuredMisses misses_;
   effort::Effort change_;  ///< by joining
   std::vector<Tried> tried_;
+  ChosenBlend best_;
+  std::size_t best_is_ = 0;  ///< its number
 };
 
 }  // namespace laban::transfer
