@@ -74,8 +74,9 @@ bool bones_lie_as_told(const RigTable& table, const Skeleton& skeleton,
                       hint.joint == kLeftForearm || hint.joint == kRightForearm ||
                       hint.joint == kLeftThigh || hint.joint == kRightThigh ||
                       hint.joint == kLeftShin || hint.joint == kRightShin;
+    if (!limb) return true;
     const std::optional<int>& next = joints[static_cast<std::size_t>(index_of(hint.joint)) + 1];
-    if (!limb || !next) return true;
+    if (!next) return true;
     return skeleton.joint(*next).rest_offset.normalized().dot(hint.first_local) > kCosTolerance;
   });
 }

@@ -1,4 +1,6 @@
 #include <fstream>
+#include <regex>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -369,18 +371,29 @@ TEST_F(Cli, TooFewFramesAreToldByNumber) {
 }
 
 TEST_F(Cli, NoContentMatchIsAnErrorOnlyIfStrict) {
-  // Kicks and reaches are not in a model of bows: the same take finds nothing there.
+  // Walks are not in a model of reaches: the same take finds nothing there.
   ASSERT_EQ(run("corpus --clips " + kData +
-                "phrase --pattern 'phrase_{content}_{performer}' --contents bow --blends 30 "
-                "--label measured -o bows.csv")
+                "phrase --pattern 'phrase_{content}_{performer}' --contents reach --blends 30 "
+                "--label measured -o reaches.csv")
                 .code,
             0);
-  ASSERT_EQ(run("train --labels bows.csv -o bows.laban").code, 0);
-  expect_error("apply " + kWalk + " --model bows.laban --strict --time 1 -o out.bvh", 5,
+  ASSERT_EQ(run("train --labels reaches.csv -o reaches.laban").code, 0);
+  expect_error("apply " + kWalk + " --model reaches.laban --strict --time 1 -o out.bvh", 5,
                "match no content of the model");
-  const Outcome kept = run("apply " + kWalk + " --model bows.laban --time 1 -o out.bvh");
+  const Outcome kept = run("apply " + kWalk + " --model reaches.laban --time 1 -o out.bvh");
   EXPECT_EQ(kept.code, 0) << kept.err;
   EXPECT_THAT(kept.err, HasSubstr("kept as captured"));
+
+  // Stretches that are told are apart: what lies on end is one.
+  const Outcome take = run("apply " + kTake + " --model reaches.laban --time 1 -o take.bvh");
+  std::set<std::string> ends;
+  const std::regex stretch("([0-9.]+) s to ([0-9.]+) s match no content");
+  for (std::sregex_iterator told(take.err.begin(), take.err.end(), stretch), none; told != none;
+       ++told) {
+    EXPECT_FALSE(ends.contains((*told)[1])) << take.err;
+    ends.insert((*told)[2]);
+  }
+  EXPECT_FALSE(ends.empty()) << take.err;
 }
 
 TEST_F(Cli, ALabelOutOfRangeIsToldByLine) {

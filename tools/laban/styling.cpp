@@ -51,6 +51,26 @@ std::vector<std::string> unreachable(const Styling& styling, const transfer::App
   return lines;
 }
 
+/// One line a stretch of the input that matches no content: its snippets on end.
+std::vector<std::string> unmatched(const Styling& styling, const transfer::AppliedStyle& applied,
+                                   const std::string& path) {
+  const double rate_hz = styling.model.frame_rate_hz();
+  const auto matches = [](const transfer::AppliedSnippet& snippet) {
+    return snippet.match_cost <= snippet.match_threshold;
+  };
+  std::vector<std::string> lines;
+  const auto end = applied.snippets.end();
+  auto from = std::find_if_not(applied.snippets.begin(), end, matches);
+  while (from != end) {
+    const auto to = std::find_if(from, end, matches);
+    lines.push_back(
+        fmt::format("{}: {:.2f} s to {:.2f} s match no content of the model; kept as captured",
+                    path, from->begin / rate_hz, std::prev(to)->end / rate_hz));
+    from = std::find_if_not(to, end, matches);
+  }
+  return lines;
+}
+
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point begin) {
@@ -200,14 +220,7 @@ void write_styled(const StyledFile& file, const std::string& path, const WriteCl
 
 std::vector<std::string> cautions(const Styling& styling, const transfer::AppliedStyle& applied,
                                   const std::string& path) {
-  std::vector<std::string> lines;
-  for (const transfer::AppliedSnippet& snippet : applied.snippets) {
-    if (snippet.match_cost <= snippet.match_threshold) continue;
-    lines.push_back(
-        fmt::format("{}: {:.2f} s to {:.2f} s match no content of the model; kept as captured",
-                    path, snippet.begin / styling.model.frame_rate_hz(),
-                    snippet.end / styling.model.frame_rate_hz()));
-  }
+  std::vector<std::string> lines = unmatched(styling, applied, path);
   const std::vector<std::string> far = unreachable(styling, applied, path);
   lines.insert(lines.end(), far.begin(), far.end());
   return lines;
