@@ -10,6 +10,7 @@
 #include "laban/align/dtw.h"
 #include "laban/base/error.h"
 #include "laban/base/rng.h"
+#include "support/sanitizers.h"
 
 #include "features.h"
 
@@ -229,8 +230,9 @@ TEST(Segment, RefusesWhatItCannotSegment) {
             "SegmentOptions::slope_limit = 1 (must be >= 2)");
 }
 
-// Issue figure: T 10 000 x S 50 000 in under 200 MB. Each ctest entry is a process of its own, so
-// its high-water mark is this case's; the 63-dimensional case runs in the benchmarks.
+// Issue figure: T 10 000 x S 50 000 in under 200 MB. Its own high-water mark where each case is
+// a process of its own (not with LABAN_TEST_PROGRAMS_WHOLE); the 63-dimensional case runs in the
+// benchmarks.
 TEST(Segment, LongInputAgainstALargeDatabaseStaysUnder200Megabytes) {
   base::Rng rng(8);
   Fragments fragments;
@@ -239,7 +241,7 @@ TEST(Segment, LongInputAgainstALargeDatabaseStaysUnder200Megabytes) {
   const auto result = segment(input, fragments);
   ASSERT_TRUE(result.has_value());
   expect_cover(*result, 10000);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these keep shadow memory
+#ifndef LABAN_KEEPS_FREED_MEMORY
   rusage usage{};
   ASSERT_EQ(getrusage(RUSAGE_SELF, &usage), 0);
   RecordProperty("peak_megabytes", static_cast<int>(usage.ru_maxrss / 1024));

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds and runs the fuzzers.
+# Builds and runs the fuzzers, with the sanitizers (preset sanitize).
 #
 #   tests/fuzz/run.sh                   # every reader, 10 seconds each
 #   tests/fuzz/run.sh 600               # 10 minutes each
@@ -14,9 +14,9 @@ cd "$(dirname "$0")/../.."
 
 seconds=${1:-10}
 shift || true
-programs=build/fuzz/tests/fuzz
-cmake --preset fuzz -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)" >/dev/null
-cmake --build build/fuzz --target fuzzers -- --quiet
+programs=build/sanitize/tests/fuzz
+cmake --preset sanitize -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)" >/dev/null
+cmake --build build/sanitize --target fuzzers -- --quiet
 
 readers=("$@")
 if [[ $# -eq 0 ]]; then

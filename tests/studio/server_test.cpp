@@ -12,6 +12,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/sanitizers.h"
+
 namespace laban::studio {
 namespace {
 
@@ -78,13 +80,6 @@ std::string head(const EchoServer& server, const std::string& first, const std::
   return first + " HTTP/1.1\r\nHost: " + server.host +
          "\r\nX-Laban-Token: secret\r\nConnection: close\r\n" + more + "\r\n";
 }
-
-// Under the address sanitizer freed memory is kept for a while.
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define LABAN_KEEPS_FREED_MEMORY
-#endif
-#endif
 
 /// Of this process, bytes.
 [[maybe_unused]] long resident_bytes() {

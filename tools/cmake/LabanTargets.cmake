@@ -15,7 +15,7 @@ endif()
 set(LABAN_PRECOMPILED_HEADERS <Eigen/Dense> <Eigen/Geometry> <algorithm> <optional> <span> <string> <vector>)
 
 # laban_quick_build(target header..): how a library or a program of ours is compiled fast. Its own files
-# one by one share precompiled headers; in a unity build (presets demo, sanitize, fuzz) a target is one
+# one by one share precompiled headers; in a unity build (presets demo, sanitize) a target is one
 # file, a third of the work from scratch, so a name in an unnamed namespace is unique in its folder: an
 # overload of it, or of a public function, may be taken for it unseen.
 function(laban_quick_build target)
@@ -50,12 +50,23 @@ function(laban_module name)
   set_property(GLOBAL APPEND PROPERTY LABAN_MODULES ${name})
 endfunction()
 
-# laban_test(align SOURCES dtw_test.cpp): one executable a module, every case its own ctest entry.
+# laban_discover_tests(align): every case of align_test its own ctest entry; with LABAN_TEST_PROGRAMS_WHOLE
+# the program is one, so that what its cases share is learnt once.
+function(laban_discover_tests module)
+  if(LABAN_TEST_PROGRAMS_WHOLE)
+    add_test(NAME ${module} COMMAND ${module}_test --gtest_brief=1)
+    set_tests_properties(${module} PROPERTIES TIMEOUT 1800 COST 1000)  # before what is short
+  else()
+    gtest_discover_tests(${module}_test TEST_PREFIX "${module}." DISCOVERY_TIMEOUT 120
+      PROPERTIES TIMEOUT 600)
+  endif()
+endfunction()
+
+# laban_test(align SOURCES dtw_test.cpp): one executable a module.
 function(laban_test module)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${module}_test ${ARG_SOURCES})
   target_link_libraries(${module}_test PRIVATE laban::${module} laban_test_support ${ARG_LIBRARIES})
   target_precompile_headers(${module}_test REUSE_FROM laban_test_support)
-  gtest_discover_tests(${module}_test TEST_PREFIX "${module}." DISCOVERY_TIMEOUT 120
-    PROPERTIES TIMEOUT 600)
+  laban_discover_tests(${module})
 endfunction()
